@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a long computation yields while it runs: every step of a bake is a generator of `Progress`.
+
+The modal operator steps such a generator, the command exhausts it, a test looks inside, closing it cancels.
+"""
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """One moment of a bake.
+
+    Attributes
+    ----------
+    stage : str
+        What is being done, in words for the user ("Form factors").
+    fraction : float
+        How much of this stage is done, 0 to 1.
+    iteration : int
+        Sweeps or shots done so far; 0 outside a solver.
+    residual : float
+        Largest relative change of the last sweep; NaN outside a solver.
+    unshot : float
+        Unshot energy over emitted energy; NaN outside a solver.
+    radiosity : ndarray of shape (n, 3) or None
+        The solution so far, for display [W/m^2]; a solver's own array: read, do not write or keep.
+    """
+
+    stage: str
+    fraction: float
+    iteration: int = 0
+    residual: float = float("nan")
+    unshot: float = float("nan")
+    radiosity: NDArray[np.float64] | None = None
+
+
+def exhaust(steps: Generator[Progress, None, T]) -> T:
+    """Run a generator of progress to its end and return its result."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            result: T = end.value
+            return result
