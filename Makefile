@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# From a fresh clone: `make bake` lights the Cornell box, `make test` runs the tests. `make help` lists the rest.
+
+# Which Python and which Blender. 3.13 runs bpy 5.2, 3.11 runs 5.0 and 4.2; .ci/make_venv finds one and holds the versions.
+#   make test PYTHON_SERIES=3.11 BPY=4.2.23 VENV=.venv-4.2
+PYTHON_SERIES ?=
+BPY ?=
+VENV ?= .venv
+
+# What `make bake` takes and where it leaves the results.
+BLEND ?= example_blends/cornell_box.blend
+QUALITY ?= medium
+BUILD ?= build
+NAME = $(basename $(notdir $(BLEND)))
+
+PYTHON = $(VENV)/bin/python
+READY = $(VENV)/ready
+
+.DEFAULT_GOAL := help
+.PHONY: help bake test coverage lint build examples benchmark clean
+
+help:                ## this list
+	@sed -n 's/^\([a-z]*\):.*## */  make \1 — /p' $(MAKEFILE_LIST)
+
+$(READY): .ci/make_venv .ci/requirements.txt
+	@.ci/make_venv "$(VENV)" "$(PYTHON_SERIES)" "$(BPY)"
+
+bake: $(READY)       ## light BLEND at QUALITY; leaves build/NAME.{blend,glb,png,json}
+	@mkdir -p "$(BUILD)"
+	@$(PYTHON) example_blends/bake.py "$(BLEND)" --quality "$(QUALITY)" --output "$(BUILD)/$(NAME).blend" \
+	  --gltf "$(BUILD)/$(NAME).glb" --render "$(BUILD)/$(NAME).png" --report "$(BUILD)/$(NAME).json"
+
+test: $(READY)       ## the whole test suite
+	$(PYTHON) -m pytest $(ARGS)
+
+coverage: $(READY)   ## the test suite, and which lines of core it never ran
+	$(PYTHON) -m pytest --cov=core --cov-report=term-missing:skip-covered --cov-fail-under=95 $(ARGS)
+
+lint: $(READY)       ## ruff on everything, mypy --strict on core
+	$(PYTHON) -m ruff check .
+	$(PYTHON) -m mypy --strict core
+
+build: $(READY)      ## the extension's zip in dist/, checked by Blender's own tool
+	@mkdir -p dist
+	$(PYTHON) .ci/blender_extension build --source-dir . --output-dir dist
+	$(PYTHON) .ci/blender_extension validate dist/radiosity-*.zip
+
+examples: $(READY)   ## make example_blends/*.blend anew
+	$(PYTHON) example_blends/make_examples.py
+
+benchmark: $(READY)  ## the thesis's table, ours beside it
+	$(PYTHON) tests/benchmarks/thesis_table.py
+
+clean:               ## remove what was made, the virtual environments included
+	rm -rf build dist .venv .venv-*

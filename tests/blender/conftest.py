@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fixtures for tests of the add-on: Blender, the enabled extension, an empty scene.
+
+The add-on is tested as Blender runs it, as `bl_ext.user_default.radiosity`. Tests never import `radiosity_addon` or
+`core` themselves but reach them through the `extension` fixture, which is the extension's module:
+``importlib.import_module(extension.__name__ + ".core.scene")``. `import core` would give other module objects.
+
+``MODE=zip`` builds, installs and enables the extension's zip; the default links the checkout into Blender's extension
+folder, which is fast and keeps coverage and tracebacks true.
+"""
+
+import importlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EXTENSION = "radiosity"
+MODULE = f"bl_ext.user_default.{EXTENSION}"
+
+
+@pytest.fixture(scope="session")
+def blender() -> Iterator[ModuleType]:
+    """Give bpy, with settings and extensions in a folder that is gone afterwards."""
+    if "bpy" in sys.modules:  # inside Blender: tests/run_in_blender.py has seen to the folder
+        yield sys.modules["bpy"]
+        return
+    with tempfile.TemporaryDirectory(prefix="radiosity-tests-", ignore_cleanup_errors=True) as folder:
+        os.environ["BLENDER_USER_RESOURCES"] = folder
+        yield pytest.importorskip("bpy", reason="needs the bpy wheel (make test) or a real Blender")
+
+
+@pytest.fixture(scope="session")
+def extension(blender: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
+    """Install and enable the extension: a link to the checkout, or with ``MODE=zip`` the built zip."""
+    import addon_utils
+
+    if os.environ.get("MODE", "link") == "zip":
+        _install_zip(blender, tmp_path_factory.mktemp("zip") / f"{EXTENSION}.zip")
+    else:
+        _link(blender)
+    assert addon_utils.enable(MODULE, default_set=True) is not None, f"{MODULE} did not register"
+    yield importlib.import_module(MODULE)
+    # Disabled only, never uninstalled: uninstalling a link would delete the checkout.
+    addon_utils.disable(MODULE, default_set=True)
+
+
+def _repository(bpy: ModuleType) -> Path:
+    """Return the folder of the user's own extensions."""
+    repos = bpy.context.preferences.extensions.repos
+    return Path(next(repo.directory for repo in repos if repo.module == "user_default"))
+
+
+def _link(bpy: ModuleType) -> None:
+    folder = _repository(bpy)
+    folder.mkdir(parents=True, exist_ok=True)
+    link = folder / EXTENSION
+    if link.is_symlink():
+        link.unlink()
+    link.symlink_to(ROOT, target_is_directory=True)
+    bpy.ops.extensions.repo_refresh_all()
+
+
+def _install_zip(bpy: ModuleType, path: Path) -> None:
+    import bl_pkg
+
+    assert bl_pkg.cli_extension(["build", "--source-dir", str(ROOT), "--output-filepath", str(path)]) == 0
+    result = bpy.ops.extensions.package_install_files(filepath=str(path), repo="user_default", enable_on_install=True)
+    assert result == {'FINISHED'}
+
+
+@pytest.fixture
+def scene(extension: ModuleType, blender: ModuleType):
+    """Give the scene of a new, empty file; the extension stays enabled."""
+    # Not read_factory_settings: that resets the preferences and so disables the extension.
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    return blender.context.scene
+
+
+@pytest.fixture
+def run_blender(blender: ModuleType, tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Give a function that runs a Python script with bpy in a process and with user settings of its own."""
+
+    def run(script: Path | str, *arguments: str, timeout: float = 300.0) -> subprocess.CompletedProcess[str]:
+        path = script if isinstance(script, Path) else tmp_path / "script.py"
+        if isinstance(script, str):
+            path.write_text(script, encoding="utf-8")
+        if blender.app.binary_path:
+            start = [blender.app.binary_path, "-b", "--python-exit-code", "1", "--python", str(path), "--", *arguments]
+        else:
+            start = [sys.executable, str(path), *arguments]
+        env = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "user")}
+        return subprocess.run(start, capture_output=True, text=True, timeout=timeout, env=env, check=False)
+
+    return run
