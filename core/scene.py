@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The polygons that exchange light: `Scene`, in world space and metres, checked when it is built.
+
+Faces are kept like Blender's: corners in one long list, each with its vertex, and the first corner of every face.
+Everything a user can get wrong raises `RadiosityError` and names the object; what can be put right becomes a warning.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import RadiosityError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+FRONT, BACK, BOTH = 1, 2, 3
+
+# A closed scene that loses nothing has no solution, and one that loses little needs endless bounces.
+REFLECTANCE_LIMIT = 0.99
+# Area over squared extent below which a face is a line: single precision, which Blender keeps, cannot tell the two apart.
+FLAT = 1e-7
+# Squares and cubes of lengths must stay finite.
+FARTHEST = 1e12
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Scene:
+    """Polygons with reflectance and emission.
+
+    All arrays are copied and read-only; `dataclasses.replace` makes a changed scene and checks it again.
+
+    Attributes
+    ----------
+    vertices : ndarray of shape (v, 3)
+        Positions in world space [m].
+    corner_vertex : ndarray of shape (c,)
+        Vertex of each face corner; the corners of a face run counter-clockwise seen from its front.
+    face_start : ndarray of shape (f + 1,)
+        First corner of each face; the last entry is c.
+    reflectance : ndarray of shape (f, 3)
+        Diffuse reflectance rho of red, green and blue, 0 to 0.99; more is capped with a warning.
+    emission : ndarray of shape (f, 3)
+        Radiant exitance E that a face emits by itself [W/m^2]; radiance is E / pi.
+    corner_normals : ndarray of shape (c, 3)
+        Unit shading normals; where none is given, the face's normal (flat shading).
+    face_object : ndarray of shape (f,)
+        Index into `object_names`.
+    object_names : tuple of str
+        Names for messages and reports.
+    sides : ndarray of shape (f,)
+        Which sides radiate and receive: FRONT, BACK or BOTH. Every face blocks light from both sides.
+    divisions : ndarray of shape (f,)
+        Patches along one row of the face (n of T12).
+    warnings : tuple of str
+        What was put right or left out, one line each, without repeats.
+    """
+
+    vertices: FloatArray
+    corner_vertex: IntArray
+    face_start: IntArray
+    reflectance: FloatArray
+    emission: FloatArray
+    corner_normals: FloatArray
+    face_object: IntArray
+    object_names: tuple[str, ...]
+    sides: NDArray[np.uint8]
+    divisions: IntArray
+    warnings: tuple[str, ...]
+
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        corner_vertex: ArrayLike,
+        face_start: ArrayLike,
+        reflectance: ArrayLike,
+        emission: ArrayLike,
+        *,
+        corner_normals: ArrayLike | None = None,
+        face_object: ArrayLike | None = None,
+        object_names: Sequence[str] = ("Scene",),
+        sides: ArrayLike | None = None,
+        divisions: ArrayLike | None = None,
+        warnings: Sequence[str] = (),
+    ) -> None:
+        """Check and keep the arrays; see the class for their meaning.
+
+        Raises
+        ------
+        RadiosityError
+            When shapes or indices do not fit, a number is not finite, a reflectance or an emission is negative.
+        """
+        # Topology first: it says how long everything else has to be, and which object to name.
+        self._keep("vertices", _table("vertices", vertices, None))
+        self._keep("corner_vertex", _indices("corner_vertex", corner_vertex, None))
+        self._keep("face_start", _indices("face_start", face_start, None))
+        starts, n_corners = self.face_start, len(self.corner_vertex)
+        if len(starts) < 1 or starts[0] != 0 or starts[-1] != n_corners or np.any(np.diff(starts) < 0):
+            raise RadiosityError(f"face_start must run from 0 up to the number of corners, {n_corners}")
+        n_faces = len(starts) - 1
+        self._keep("object_names", tuple(object_names))
+        self._keep("face_object", _indices("face_object", _or(face_object, np.zeros(n_faces)), n_faces))
+        if np.any((self.face_object < 0) | (self.face_object >= len(self.object_names))):
+            raise RadiosityError(f"face_object must index the {len(self.object_names)} object names")
+        self._check_faces()
+        self._check_positions()
+
+        # Surfaces, face by face.
+        notes = list(warnings)
+        self._keep("reflectance", self._checked_reflectance(_table("reflectance", reflectance, n_faces), notes))
+        self._keep("emission", _table("emission", emission, n_faces))
+        self._check_light("emission", self.emission)
+        self._keep("sides", _indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces).astype(np.uint8))
+        self._refuse((self.sides < FRONT) | (self.sides > BOTH), "sides must be 1 (front), 2 (back) or 3 (both)")
+        self._keep("divisions", _indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
+        self._refuse(self.divisions < 1, "divisions must be 1 or more")
+        self._keep("corner_normals", self._checked_normals(corner_normals))
+
+        for name, count in self._per_object(~self.live):
+            notes.append(f"Object '{name}': {_faces(count)} without area {'is' if count == 1 else 'are'} skipped")
+        self._keep("warnings", tuple(dict.fromkeys(notes)))
+
+    @classmethod
+    def from_polygons(
+        cls,
+        polygons: Sequence[ArrayLike],
+        reflectance: ArrayLike = 0.0,
+        emission: ArrayLike = 0.0,
+        **fields: Any,
+    ) -> "Scene":
+        """Build a scene from loose polygons; those that share a point share a vertex.
+
+        Parameters
+        ----------
+        polygons : sequence of ndarray of shape (k, 3)
+            Corners [m], counter-clockwise seen from the front; k may differ.
+        reflectance, emission : array_like
+            One value, one colour, or a colour for each polygon (f, 3).
+        **fields
+            The keyword arguments of `Scene`.
+
+        Returns
+        -------
+        Scene
+            One face for each polygon, in order.
+        """
+        tables = [_table(f"polygon {index}", polygon, None) for index, polygon in enumerate(polygons)]
+        corners = np.concatenate([*tables, np.empty((0, 3))])
+        vertices, corner_vertex = np.unique(corners, axis=0, return_inverse=True)
+        start = np.cumsum([0, *(len(table) for table in tables)])
+        try:
+            rho, exitance = (np.broadcast_to(np.asarray(x, float), (len(tables), 3)) for x in (reflectance, emission))
+        except ValueError as error:
+            raise RadiosityError("reflectance and emission: one value, one colour, or one colour a polygon") from error
+        return cls(vertices, corner_vertex.reshape(-1), start, rho, exitance, **fields)
+
+    @cached_property
+    def corner_face(self) -> IntArray:
+        """Return the face of each corner, shape (c,)."""
+        return np.repeat(np.arange(len(self.face_start) - 1), np.diff(self.face_start))
+
+    @cached_property
+    def area_vector(self) -> FloatArray:
+        """Return Newell's vector area of each face, shape (f, 3) [m^2]: exact for any shape, planar or not."""
+        # Relative to the face's own first corner, so that a face far from the origin keeps its digits.
+        arm = self._arms
+        following = np.arange(1, len(arm) + 1)
+        following[self.face_start[1:] - 1] = self.face_start[:-1]
+        twice = np.add.reduceat(np.cross(arm, arm[following]), self.face_start[:-1], axis=0)
+        return np.asarray(0.5 * twice)
+
+    @cached_property
+    def face_area(self) -> FloatArray:
+        """Return the area of each face, shape (f,) [m^2]; of a non-planar one, the area of its outline seen along the normal."""
+        return np.asarray(np.linalg.norm(self.area_vector, axis=1))
+
+    @cached_property
+    def face_extent(self) -> FloatArray:
+        """Return the diagonal of each face's bounding box, shape (f,) [m]."""
+        arm, first = self._arms, self.face_start[:-1]
+        span = np.maximum.reduceat(arm, first, axis=0) - np.minimum.reduceat(arm, first, axis=0)
+        return np.asarray(np.linalg.norm(span, axis=1))
+
+    @cached_property
+    def live(self) -> BoolArray:
+        """Return which faces have an area, shape (f,); the others keep their corners but get no patches."""
+        return np.asarray(self.face_area > FLAT * self.face_extent**2)
+
+    @cached_property
+    def face_normal(self) -> FloatArray:
+        """Return the unit normal of each face, shape (f, 3); zero for a face without area."""
+        size = np.where(self.live, self.face_area, np.inf)
+        return np.asarray(self.area_vector / size[:, None])
+
+    @property
+    def _arms(self) -> FloatArray:
+        """Return each corner as seen from the first corner of its face, shape (c, 3) [m]."""
+        position = self.vertices[self.corner_vertex]
+        return np.asarray(position - position[self.face_start[self.corner_face]])
+
+    def _keep(self, name: str, value: Any) -> None:
+        """Set a field of the frozen dataclass; arrays become read-only."""
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+        object.__setattr__(self, name, value)
+
+    def _per_object(self, bad: NDArray[np.bool_]) -> list[tuple[str, int]]:
+        """Return (object name, number of faces) for the objects that have faces marked."""
+        objects, counts = np.unique(self.face_object[bad], return_counts=True)
+        return [(self.object_names[index], int(count)) for index, count in zip(objects, counts, strict=True)]
+
+    def _refuse(self, bad: NDArray[np.bool_], what: str) -> None:
+        """Raise for the first object with a marked face."""
+        for name, count in self._per_object(bad):
+            raise RadiosityError(f"Object '{name}': {what} ({_faces(count)})")
+
+    def _check_faces(self) -> None:
+        """Refuse faces with fewer than three corners or with corners that are not vertices."""
+        self._refuse(np.diff(self.face_start) < 3, "a face needs three corners or more")
+        outside = (self.corner_vertex < 0) | (self.corner_vertex >= len(self.vertices))
+        self._refuse(self._faces_with(outside), f"a corner lies outside the {len(self.vertices)} vertices")
+
+    def _check_positions(self) -> None:
+        """Refuse vertices that are nowhere or too far away."""
+        bad = ~np.all(np.isfinite(self.vertices), axis=1)
+        self._refuse(self._faces_with(bad[self.corner_vertex]), "a vertex position is not a finite number")
+        far = np.any(np.abs(self.vertices) > FARTHEST, axis=1)
+        self._refuse(self._faces_with(far[self.corner_vertex]), f"a vertex is farther away than {FARTHEST:g} m")
+        if np.any(bad | far):
+            raise RadiosityError("A vertex that no face uses is not at a finite place; delete the loose vertices")
+
+    def _checked_reflectance(self, reflectance: FloatArray, notes: list[str]) -> FloatArray:
+        """Return the reflectance capped, and note what was capped."""
+        self._check_light("reflectance", reflectance)
+        # A limit that came through single precision is not worth a warning.
+        for name, count in self._per_object(np.any(reflectance > REFLECTANCE_LIMIT + 1e-6, axis=1)):
+            what = f"reflectance above {REFLECTANCE_LIMIT} is taken as {REFLECTANCE_LIMIT}"
+            notes.append(f"Object '{name}': {what} ({_faces(count)})")
+        return np.minimum(reflectance, REFLECTANCE_LIMIT)
+
+    def _check_light(self, what: str, values: FloatArray) -> None:
+        """Refuse a reflectance or emission that is negative or not finite."""
+        self._refuse(~np.all(np.isfinite(values), axis=1), f"{what} is not a finite number")
+        self._refuse(np.any(values < 0, axis=1), f"{what} is negative")
+
+    def _checked_normals(self, corner_normals: ArrayLike | None) -> FloatArray:
+        """Return unit corner normals; the face's own where none or a zero one is given."""
+        flat = self.face_normal[self.corner_face]
+        if corner_normals is None:
+            return flat
+        normals = _table("corner_normals", corner_normals, len(flat))
+        self._refuse(self._faces_with(~np.all(np.isfinite(normals), axis=1)), "a corner normal is not a finite number")
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        return np.where(length > 0, normals / np.where(length > 0, length, 1.0), flat)
+
+    def _faces_with(self, corners: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the faces that have a marked corner."""
+        bad = np.zeros(len(self.face_start) - 1, dtype=bool)
+        bad[self.corner_face[corners]] = True
+        return bad
+
+
+def _faces(count: int) -> str:
+    """Return a count of faces in words."""
+    return f"{count} face" if count == 1 else f"{count} faces"
+
+
+def _or(values: ArrayLike | None, default: ArrayLike) -> ArrayLike:
+    """Return the values, or the default when there are none."""
+    return default if values is None else values
+
+
+def _table(name: str, values: ArrayLike, rows: int | None) -> FloatArray:
+    """Return a copy of the values as float64 of shape (rows, 3)."""
+    try:
+        table = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RadiosityError(f"{name} must be numbers in rows of three") from error
+    if table.size == 0:
+        table = table.reshape(0, 3)
+    if table.ndim != 2 or table.shape[1] != 3 or (rows is not None and len(table) != rows):
+        expected = "n" if rows is None else rows
+        raise RadiosityError(f"{name} must have the shape ({expected}, 3), not {table.shape}")
+    return table
+
+
+def _indices(name: str, values: ArrayLike, length: int | None) -> IntArray:
+    """Return a copy of the values as int64 of shape (length,)."""
+    try:
+        numbers = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RadiosityError(f"{name} must be whole numbers") from error
+    if numbers.ndim != 1 or (length is not None and len(numbers) != length):
+        expected = "n" if length is None else length
+        raise RadiosityError(f"{name} must have the shape ({expected},), not {numbers.shape}")
+    if not np.all(np.isfinite(numbers)) or np.any(numbers != np.floor(numbers)) or np.any(np.abs(numbers) > 2**53):
+        raise RadiosityError(f"{name} must be whole numbers")
+    return numbers.astype(np.int64)
