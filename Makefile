@@ -14,41 +14,43 @@ BUILD ?= build
 NAME = $(basename $(notdir $(BLEND)))
 
 PYTHON = $(VENV)/bin/python
-READY = $(VENV)/ready
+# Blender's own extension tool, which comes with bpy.
+EXTENSION_TOOL = $(PYTHON) -c "import sys, bpy, bl_pkg; sys.exit(bl_pkg.cli_extension(sys.argv[1:]))"
 
 .DEFAULT_GOAL := help
-.PHONY: help bake test coverage lint build examples benchmark clean
+.PHONY: help venv bake test coverage lint build examples benchmark clean
 
 help:                ## this list
 	@sed -n 's/^\([a-z]*\):.*## */  make \1 — /p' $(MAKEFILE_LIST)
 
-$(READY): .ci/make_venv .ci/requirements.txt
+# Always asked; does nothing when the folder is as wanted.
+venv:
 	@.ci/make_venv "$(VENV)" "$(PYTHON_SERIES)" "$(BPY)"
 
-bake: $(READY)       ## light BLEND at QUALITY; leaves build/NAME.{blend,glb,png,json}
+bake: venv       ## light BLEND at QUALITY; leaves build/NAME.{blend,glb,png,json}
 	@mkdir -p "$(BUILD)"
 	@$(PYTHON) example_blends/bake.py "$(BLEND)" --quality "$(QUALITY)" --output "$(BUILD)/$(NAME).blend" \
 	  --gltf "$(BUILD)/$(NAME).glb" --render "$(BUILD)/$(NAME).png" --report "$(BUILD)/$(NAME).json"
 
-test: $(READY)       ## the whole test suite
+test: venv       ## the whole test suite
 	$(PYTHON) -m pytest $(ARGS)
 
-coverage: $(READY)   ## the test suite, and which lines of core it never ran
+coverage: venv   ## the test suite, and which lines of core it never ran
 	$(PYTHON) -m pytest --cov=core --cov-report=term-missing:skip-covered --cov-fail-under=95 $(ARGS)
 
-lint: $(READY)       ## ruff on everything, mypy --strict on core
+lint: venv       ## ruff on everything, mypy --strict on core
 	$(PYTHON) -m ruff check .
 	$(PYTHON) -m mypy --strict core
 
-build: $(READY)      ## the extension's zip in dist/, checked by Blender's own tool
-	@mkdir -p dist
-	$(PYTHON) .ci/blender_extension build --source-dir . --output-dir dist
-	$(PYTHON) .ci/blender_extension validate dist/radiosity-*.zip
+build: venv      ## the extension's zip in dist/, checked by Blender's own tool
+	@mkdir -p dist && rm -f dist/radiosity-*.zip
+	$(EXTENSION_TOOL) build --source-dir . --output-dir dist
+	$(EXTENSION_TOOL) validate dist/radiosity-*.zip
 
-examples: $(READY)   ## make example_blends/*.blend anew
+examples: venv   ## make example_blends/*.blend anew
 	$(PYTHON) example_blends/make_examples.py
 
-benchmark: $(READY)  ## the thesis's table, ours beside it
+benchmark: venv  ## the thesis's table, ours beside it
 	$(PYTHON) tests/benchmarks/thesis_table.py
 
 clean:               ## remove what was made, the virtual environments included
