@@ -90,7 +90,7 @@ def _cornell_block(height: float, base: list[tuple[float, float]]) -> Mesh:
     top = [(x, height, z) for x, z in base]
     sides = []
     for k in range(4):
-        (x0, z0), (x1, z1) = base[k], base[(k + 1) % 4]
+        (x0, z0), (x1, z1) = base[k], base[k - 1]
         sides.append([(x0, 0, z0), (x0, height, z0), (x1, height, z1), (x1, 0, z1)])
     return join(*(grid(_published(side), 10, 10) for side in [top, *sides]))
 
