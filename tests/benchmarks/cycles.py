@@ -28,10 +28,11 @@ def build(items: Iterable[Item]) -> list[bpy.types.Object]:
         slots: list[int] = []
         for slot, part in enumerate(item.parts):
             mesh.materials.append(_material(f"{item.name} {slot}", part))
-            start = sum(map(len, vertices))
+            if not vertices or vertices[-1] is not part.mesh.vertices:
+                vertices.append(part.mesh.vertices)
+            start = sum(map(len, vertices[:-1]))
             faces += [[start + corner for corner in face if corner >= 0] for face in part.mesh.faces.tolist()]
             slots += [slot] * len(part.mesh.faces)
-            vertices.append(part.mesh.vertices)
         mesh.from_pydata(np.concatenate(vertices).tolist(), [], faces)
         mesh.polygons.foreach_set("material_index", slots)
         mesh.polygons.foreach_set("use_smooth", [item.smooth] * len(faces))

@@ -159,6 +159,14 @@ def triangulated(mesh: Mesh) -> Mesh:
     return replace(mesh, faces=faces[faces[:, 2] >= 0])
 
 
+def split(mesh: Mesh, low: ArrayLike, high: ArrayLike) -> tuple[Mesh, Mesh]:
+    """Part the faces whose centres lie between two points [m] from the others; both keep the same array of vertices."""
+    corners = np.where(mesh.faces[..., None] < 0, np.nan, mesh.vertices[mesh.faces])
+    centre = np.nanmean(corners, axis=1)
+    inside = ((centre > np.asarray(low)) & (centre < np.asarray(high))).all(axis=1)
+    return replace(mesh, faces=mesh.faces[inside]), replace(mesh, faces=mesh.faces[~inside])
+
+
 def join(*meshes: Mesh) -> Mesh:
     """Put meshes into one, without merging vertices."""
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
