@@ -23,7 +23,7 @@ FRONT, BACK, BOTH = 1, 2, 3
 
 # A closed scene that loses nothing has no solution, and one that loses little needs endless bounces.
 REFLECTANCE_LIMIT = 0.99
-# Area over squared extent below which a face is a line: single precision, which Blender keeps, cannot tell the two apart.
+# Area over squared extent below which a face is a line: Blender's single precision cannot tell the two apart.
 FLAT = 1e-7
 # Squares and cubes of lengths must stay finite.
 FARTHEST = 1e12
@@ -150,7 +150,7 @@ class Scene:
             One face for each polygon, in order.
         """
         tables = [_table(f"polygon {index}", polygon, None) for index, polygon in enumerate(polygons)]
-        corners = np.concatenate([*tables, np.empty((0, 3))])
+        corners = np.concatenate([*tables, np.zeros((0, 3))])
         vertices, corner_vertex = np.unique(corners, axis=0, return_inverse=True)
         start = np.cumsum([0, *(len(table) for table in tables)])
         try:
@@ -176,7 +176,7 @@ class Scene:
 
     @cached_property
     def face_area(self) -> FloatArray:
-        """Return the area of each face, shape (f,) [m^2]; of a non-planar one, the area of its outline seen along the normal."""
+        """Return the area of each face, shape (f,) [m^2]; of a non-planar one, as seen along its normal."""
         return np.asarray(np.linalg.norm(self.area_vector, axis=1))
 
     @cached_property

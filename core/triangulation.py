@@ -12,7 +12,7 @@ import numpy as np
 
 from .scene import FLAT, BoolArray, FloatArray, IntArray, Scene
 
-# Twice the area, in faces scaled to an extent of 1, up to which a triangle counts as a line. Rounding, not judgement.
+# Twice the area, in faces scaled to an extent of 1, up to which a triangle is a line: rounding, not judgement.
 SLIVER = 1e-14
 # Sine by which opposite angles must exceed a half turn before an edge is flipped: keeps round shapes from cycling.
 FLIP = 1e-9
@@ -59,8 +59,8 @@ def pieces(scene: Scene) -> Pieces:
         Between one and k - 2 pieces for a face with k corners.
     """
     sizes = np.diff(scene.face_start)
-    corners: list[IntArray] = [np.empty((0, 4), dtype=np.int64)]
-    owners: list[IntArray] = [np.empty(0, dtype=np.int64)]
+    corners: list[IntArray] = [np.zeros((0, 4), dtype=np.int64)]
+    owners: list[IntArray] = [np.zeros(0, dtype=np.int64)]
     for size in np.unique(sizes[scene.live]):
         faces = np.flatnonzero(scene.live & (sizes == size))
         loops = scene.face_start[faces, None] + np.arange(size)
@@ -128,7 +128,7 @@ def _ears(polygons: FloatArray) -> IntArray:
     quality = np.stack([_quality(polygons, every, before[:, i], np.full(m, i), after[:, i]) for i in range(k)], axis=1)
     # A corner inside an ear forbids the ear until that corner itself has been clipped.
     blocker = np.full((m, k), -1)
-    triangles = np.empty((m, k - 2, 3), dtype=np.int64)
+    triangles = np.zeros((m, k - 2, 3), dtype=np.int64)
     for clipped in range(k - 2):
         tip = np.zeros(m, dtype=np.int64)
         waiting = every
@@ -136,9 +136,9 @@ def _ears(polygons: FloatArray) -> IntArray:
             score = np.where(alive[waiting] & (blocker[waiting] < 0), quality[waiting], -np.inf)
             tip[waiting] = np.argmax(score, axis=1)
             stuck = np.max(score, axis=1) <= 0
-            # Only an outline that crosses or touches itself has no ear; then its roundest corner has to do.
-            desperate = np.argmax(np.where(alive[waiting], quality[waiting], -np.inf), axis=1)
-            tip[waiting[stuck]] = desperate[stuck]
+            # Only an outline that crosses or touches itself has no ear: what has no area goes first, then the roundest.
+            last = np.where(quality[waiting] == 0, 2.0, quality[waiting])
+            tip[waiting[stuck]] = np.argmax(np.where(alive[waiting], last, -np.inf), axis=1)[stuck]
             ears = np.stack([before[waiting, tip[waiting]], tip[waiting], after[waiting, tip[waiting]]], axis=1)
             inside = _inside(polygons[waiting], ears, alive[waiting]) & ~stuck[:, None]
             blocked = np.any(inside, axis=1)
