@@ -12,10 +12,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..core import bake as core_bake
+from ..core.errors import RadiosityError
 from ..core.progress import Progress
+from ..core.scene import Scene
 from ..core.settings import Settings
-from .attribute_writer import check_attribute, check_targets, write_attribute
-from .scene_reader import read_scene
+from .attribute_writer import Plan, plan_writing, write_attribute
+from .scene_reader import Reading, read_scene
 
 if TYPE_CHECKING:
     import bpy
@@ -79,9 +81,9 @@ def bake_scene(
         When the scene or a setting cannot be baked; nothing has been written then.
     """
     started = time.perf_counter()
-    check_attribute(attribute, domain)
     reading = read_scene(scene, view_layer, depsgraph)
-    check_targets(reading.targets)
+    plan = plan_writing(reading.targets, attribute, domain)
+    _require_light(reading.scene)
     seconds_read = time.perf_counter() - started
     # Undo or loading a file frees Blender's data while a modal bake waits: keep none of it between two steps.
     del scene, view_layer, depsgraph
@@ -90,6 +92,32 @@ def bake_scene(
     bake = yield from core_bake.bake(reading.scene, settings)
 
     writing = time.perf_counter()
-    write_attribute(reading.targets, bake.corner_radiance, attribute, domain)
-    seconds = {"read": seconds_read, "write": time.perf_counter() - writing, "total": time.perf_counter() - started}
-    raise NotImplementedError(seconds)
+    write_attribute(plan, reading.scene, bake.corner_radiance)
+    done = time.perf_counter()
+    seconds = {"read": seconds_read, "write": done - writing, "total": done - started}
+    return SceneBake(_report(bake, reading, plan, seconds), bake)
+
+
+def _require_light(scene: Scene) -> None:
+    """Refuse a scene that would only be black, in the words of Blender's interface."""
+    if not scene.emission[scene.live].any():
+        raise RadiosityError(
+            "Nothing that renders emits light: give a material an Emission Strength above 0 (Principled BSDF, Emission)"
+        )
+
+
+def _report(bake: core_bake.Bake, reading: Reading, plan: Plan, seconds: dict[str, float]) -> dict[str, Any]:
+    """Add to the core's figures what only the add-on knows."""
+    report = bake.report.as_dict()
+    written = {target.object_name for target in plan.targets}
+    report["seconds"] = report["seconds"] | seconds
+    report["warnings"] = [*report["warnings"], *plan.warnings]
+    report["objects"] = [
+        {
+            "name": target.object_name,
+            "corners": len(target.corner_vertex),
+            "written": target.object_name in written,
+        }
+        for target in reading.targets
+    ]
+    return report

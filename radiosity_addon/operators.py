@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Bake button: the whole bake at once for scripts, in small steps with progress and Esc for people."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from ..core.errors import RadiosityError
+from ..core.progress import Progress, exhaust
+from .baking import SceneBake, bake_scene
+from .properties import core_settings
+
+if TYPE_CHECKING:
+    Steps = Generator[Progress, None, SceneBake]
+
+TICK = 0.02  # seconds between two turns of a running bake
+BUDGET = 0.1  # seconds that a turn may take before the window gets its turn
+MOST_REPORTS = 10  # warnings that are shown as messages; all of them are in the panel
+
+
+class RADIOSITY_OT_bake(bpy.types.Operator):
+    """Compute the light between all surfaces of the scene and store it as colors on their meshes"""
+
+    bl_idname = "radiosity.bake"
+    bl_label = "Bake Radiosity"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    _steps: Steps | None = None
+    _timer: bpy.types.Timer | None = None
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if getattr(context, "scene", None) is None:
+            cls.poll_message_set("There is no scene to bake")
+            return False
+        if context.window_manager.radiosity.running:
+            cls.poll_message_set("A bake is running; press Esc to cancel it")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            done = exhaust(start_bake(context))
+        except RadiosityError as error:
+            self.report({'ERROR'}, str(error))
+            return {'CANCELLED'}
+        self._show(context, done)
+        return {'FINISHED'}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        self._steps = start_bake(context)
+        wm = context.window_manager
+        wm.radiosity.running = True
+        wm.progress_begin(0.0, 1.0)
+        self._timer = wm.event_timer_add(TICK, window=context.window)
+        wm.modal_handler_add(self)
+        # The first turn reads the scene, while what it was handed is sure to be alive.
+        result = self._turn(context)
+        return {'RUNNING_MODAL'} if result == {'PASS_THROUGH'} else result
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if event.type == 'ESC' and event.value == 'PRESS':
+            self.cancel(context)
+            self.report({'INFO'}, "Bake cancelled; nothing was changed")
+            return {'CANCELLED'}
+        return self._turn(context) if event.type == 'TIMER' else {'PASS_THROUGH'}
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Stop a running bake and clear its traces; Blender calls this too, when another file is loaded."""
+        if self._steps is not None:
+            self._steps.close()
+            self._steps = None
+        wm = context.window_manager
+        if self._timer is not None:
+            wm.event_timer_remove(self._timer)
+            self._timer = None
+        wm.radiosity.running = False
+        wm.progress_end()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+        _redraw(wm)
+
+    def _turn(self, context: bpy.types.Context) -> set[str]:
+        """Go on with the bake for a moment."""
+        until = time.perf_counter() + BUDGET
+        try:
+            progress = next(self._steps)
+            while time.perf_counter() < until:
+                progress = next(self._steps)
+        except StopIteration as end:
+            self.cancel(context)
+            self._show(context, end.value)
+            return {'FINISHED'}
+        except RadiosityError as error:
+            self.cancel(context)
+            self.report({'ERROR'}, str(error))
+            return {'CANCELLED'}
+        except BaseException:
+            # A fault of ours: Blender shows its traceback, but the window must not stay as if the bake ran on.
+            self.cancel(context)
+            raise
+        self._tell(context, progress)
+        return {'PASS_THROUGH'}
+
+    @staticmethod
+    def _tell(context: bpy.types.Context, progress: Progress) -> None:
+        wm = context.window_manager
+        wm.radiosity.stage = progress.stage
+        wm.radiosity.fraction = progress.fraction
+        wm.progress_update(progress.fraction)
+        sweep = f", iteration {progress.iteration}" if progress.iteration else ""
+        context.workspace.status_text_set(f"Radiosity: {progress.stage} {progress.fraction:.0%}{sweep}    Esc: Cancel")
+        _redraw(wm)
+
+    def _show(self, context: bpy.types.Context, done: SceneBake) -> None:
+        """Report the figures, keep them for the panel, and show the colors where the button was pressed."""
+        status = context.window_manager.radiosity
+        status.figures = json.dumps(figures(done.report))
+        warnings = done.report["warnings"]
+        status.warnings = "\n".join(warnings)
+        for warning in warnings[:MOST_REPORTS]:
+            self.report({'WARNING'}, warning)
+        if len(warnings) > MOST_REPORTS:
+            self.report({'WARNING'}, f"{len(warnings) - MOST_REPORTS} more warnings are listed in the Radiosity panel")
+        self.report({'INFO'}, sentence(done.report))
+        space = getattr(context, "space_data", None)
+        if space is not None and space.type == 'VIEW_3D':
+            space.shading.color_type = 'VERTEX'
+            space.shading.light = 'FLAT'  # the colors are the light; a second one on top would falsify them
+
+
+def start_bake(context: bpy.types.Context) -> Steps:
+    """Begin the bake of the context's scene with the scene's own settings; nothing runs before the first step."""
+    scene = context.scene
+    return bake_scene(
+        scene,
+        context.view_layer,
+        context.evaluated_depsgraph_get(),
+        core_settings(scene),
+        attribute=scene.radiosity.attribute,
+        domain=scene.radiosity.domain,
+    )
+
+
+def sentence(report: dict[str, Any]) -> str:
+    """Sum up a bake in one line."""
+    written = sum(item["written"] for item in report["objects"])
+    objects = "1 object" if written == 1 else f"{written} objects"
+    return f"Baked {objects}, {report['patches']} patches in {report['seconds']['total']:.1f} s"
+
+
+def figures(report: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return what the panel shows of a bake, as pairs of label and text."""
+    rows, energy = report["row_sum"], report["energy"]
+    state = "converged" if report["converged"] else "not converged"
+    return [
+        ("Patches", f"{report['patches']}"),
+        ("Time", f"{report['seconds']['total']:.2f} s"),
+        ("Iterations", f"{report['iterations']}, {state}"),
+        ("Row Sums", f"{rows['min']:.3f} to {rows['max']:.3f}, mean {rows['mean']:.3f}"),
+        ("Energy Error", f"{energy['error']:.2%}"),
+    ]
+
+
+def _redraw(wm: bpy.types.WindowManager) -> None:
+    """Draw the sidebars again, where the progress bar is."""
+    for window in wm.windows:
+        for area in window.screen.areas:
+            if area.type == 'VIEW_3D':
+                area.tag_redraw()
+
+
+register, unregister = bpy.utils.register_classes_factory((RADIOSITY_OT_bake,))

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Radiosity tab in the 3D viewport's sidebar."""
+
+import json
+
+import bpy
+
+from .operators import RADIOSITY_OT_bake
+
+MOST_WARNINGS = 20
+
+
+class _Sidebar:
+    bl_space_type = 'VIEW_3D'
+    bl_region_type = 'UI'
+    bl_category = "Radiosity"
+
+
+class RADIOSITY_PT_bake(_Sidebar, bpy.types.Panel):
+    """The button, and what is chosen most often"""
+
+    bl_label = "Radiosity"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings, status = context.scene.radiosity, context.window_manager.radiosity
+        if status.running:
+            layout.progress(text=f"{status.stage} (Esc: Cancel)", factor=status.fraction, type='BAR')
+        else:
+            row = layout.row()
+            row.scale_y = 1.5
+            row.operator(RADIOSITY_OT_bake.bl_idname, text="Bake", icon='LIGHT_SUN')
+        column = layout.column()
+        column.enabled = not status.running
+        if settings.method == 'hierarchical':
+            column.prop(settings, "quality")
+        column.prop(settings, "max_edge")
+        column.prop(settings, "iterations")
+        column.prop(settings, "tolerance")
+
+
+class RADIOSITY_PT_output(_Sidebar, bpy.types.Panel):
+    """Where the colors go"""
+
+    bl_label = "Output"
+    bl_parent_id = "RADIOSITY_PT_bake"
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(context.scene.radiosity, "attribute")
+        layout.prop(context.scene.radiosity, "domain")
+
+
+class RADIOSITY_PT_advanced(_Sidebar, bpy.types.Panel):
+    """How the light is computed"""
+
+    bl_label = "Advanced"
+    bl_parent_id = "RADIOSITY_PT_bake"
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.scene.radiosity
+        layout.prop(settings, "method")
+        row = layout.row()
+        row.active = settings.method != 'hierarchical'
+        row.prop(settings, "form_factors")
+        layout.prop(settings, "subdivide")
+        layout.prop(settings, "seed")
+
+
+class RADIOSITY_PT_last_bake(_Sidebar, bpy.types.Panel):
+    """Figures and warnings of the last bake of this session"""
+
+    bl_label = "Last Bake"
+    bl_parent_id = "RADIOSITY_PT_bake"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(context.window_manager.radiosity.figures)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        status = context.window_manager.radiosity
+        for label, text in json.loads(status.figures):
+            split = self.layout.split(factor=0.4)
+            split.label(text=label)
+            split.label(text=text)
+        warnings = status.warnings.splitlines()
+        for warning in warnings[:MOST_WARNINGS]:
+            self.layout.label(text=warning, icon='ERROR')
+        if len(warnings) > MOST_WARNINGS:
+            self.layout.label(text=f"{len(warnings) - MOST_WARNINGS} more warnings")
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (RADIOSITY_PT_bake, RADIOSITY_PT_output, RADIOSITY_PT_advanced, RADIOSITY_PT_last_bake)
+)

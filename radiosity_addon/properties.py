@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the user chooses, kept with the scene, and how the running or last bake stands, kept with the window manager."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ..core.settings import Settings
+
+DEFAULTS = Settings()
+
+
+class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
+    """How a scene is baked"""
+
+    method: EnumProperty(
+        name="Method",
+        description="How light is passed on between surfaces",
+        items=(
+            ('hierarchical', "Hierarchical", "Take far patches together; for scenes of any size"),
+            ('gathering', "Gathering", "Gather light over all pairs of patches; memory grows with their square"),
+            ('shooting', "Shooting", "Shoot light from the brightest patch first; needs little memory"),
+        ),
+        default=DEFAULTS.method,
+    )
+    quality: EnumProperty(
+        name="Quality",
+        description="Trade time for precision in the hierarchical method",
+        items=(
+            ('preview', "Preview", "For a first look"),
+            ('medium', "Medium", "For everyday work"),
+            ('high', "High", "For close views"),
+            ('production', "Production", "For the final bake"),
+        ),
+        default=DEFAULTS.quality,
+    )
+    form_factors: EnumProperty(
+        name="Form Factors",
+        description="How the light between two patches is computed by gathering and shooting",
+        items=(
+            ('exact', "Exact", "Integrate exactly over the patch that shines"),
+            ('centre', "Center to Center", "Take all rays between two patches as equal; wrong where they are close"),
+            ('hemicube', "Hemicube", "Project the patches on the pixels of half a cube"),
+        ),
+        default=DEFAULTS.form_factors,
+    )
+    max_edge: FloatProperty(
+        name="Patch Size",
+        description="Longest edge of the patches that faces are split into for the bake; 0 keeps faces whole",
+        default=0.0,
+        min=0.0,
+        soft_max=10.0,
+        unit='LENGTH',
+        subtype='DISTANCE',
+    )
+    subdivide: IntProperty(
+        name="Subdivisions",
+        description="Split each face into this many patches along each edge",
+        default=DEFAULTS.subdivide,
+        min=1,
+        soft_max=8,
+    )
+    iterations: IntProperty(
+        name="Iterations",
+        description="Most times that light is passed on; 1 is direct light only",
+        default=DEFAULTS.iterations,
+        min=1,
+        soft_max=500,
+    )
+    tolerance: FloatProperty(
+        name="Tolerance",
+        description="Stop when the light changes by less than this fraction",
+        default=DEFAULTS.tolerance,
+        min=0.0,
+        max=0.5,
+        precision=6,
+        step=0.001,
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Start of the random numbers; the same seed gives the same colors",
+        default=DEFAULTS.seed,
+        min=0,
+    )
+    attribute: StringProperty(
+        name="Attribute",
+        description="Name of the color attribute that is written; an existing one of this name is overwritten",
+        default="Radiosity",
+        maxlen=63,
+    )
+    domain: EnumProperty(
+        name="Domain",
+        description="What carries a color",
+        items=(
+            ('CORNER', "Face Corner", "Keep hard edges: each corner of a face has its own color"),
+            ('POINT', "Vertex", "Store one color for each vertex; hard edges become soft"),
+        ),
+        default='CORNER',
+    )
+
+
+class RADIOSITY_PG_status(bpy.types.PropertyGroup):
+    """How the running or the last bake of this session stands"""
+
+    running: BoolProperty(options={'SKIP_SAVE'})
+    stage: StringProperty(options={'SKIP_SAVE'})
+    fraction: FloatProperty(min=0.0, max=1.0, options={'SKIP_SAVE'})
+    figures: StringProperty(options={'SKIP_SAVE'})
+    warnings: StringProperty(options={'SKIP_SAVE'})
+
+
+def core_settings(scene: bpy.types.Scene) -> Settings:
+    """Return the scene's choices as the core takes them.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        Its `radiosity` settings; lengths are in its units and are returned in metres.
+
+    Returns
+    -------
+    core.settings.Settings
+        Checked settings.
+    """
+    chosen = scene.radiosity
+    metres = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
+    return Settings(
+        method=chosen.method,
+        form_factors=chosen.form_factors,
+        quality=chosen.quality,
+        max_edge=chosen.max_edge * metres or None,
+        subdivide=chosen.subdivide,
+        iterations=chosen.iterations,
+        tolerance=chosen.tolerance,
+        seed=chosen.seed,
+    )
+
+
+CLASSES = (RADIOSITY_PG_settings, RADIOSITY_PG_status)
+
+
+def register() -> None:
+    """Add `scene.radiosity` and `window_manager.radiosity`."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.radiosity = PointerProperty(type=RADIOSITY_PG_settings)
+    bpy.types.WindowManager.radiosity = PointerProperty(type=RADIOSITY_PG_status)
+
+
+def unregister() -> None:
+    """Take both away."""
+    del bpy.types.WindowManager.radiosity
+    del bpy.types.Scene.radiosity
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,346 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Blender scene as a `core.scene.Scene`: what renders, evaluated, in world space and metres.
+
+Beside the surfaces it returns `Target`s: which corner of the scene lights which corner of a mesh.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.errors import RadiosityError
+from ..core.scene import Scene
+from .materials import Surface, read_material
+
+if TYPE_CHECKING:
+    FloatArray = NDArray[np.float64]
+    IntArray = NDArray[np.int64]
+
+# What has a surface when rendered but is no mesh.
+SURFACE_TYPES = {'CURVE', 'SURFACE', 'META', 'FONT', 'CURVES', 'POINTCLOUD', 'VOLUME'}
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A mesh that the light of one object goes to.
+
+    It holds no reference to Blender's data, which Undo or loading a file may free while a bake runs.
+
+    Attributes
+    ----------
+    object_name, mesh_name : str
+        Full names, for messages.
+    mesh_uid : int
+        The mesh's `session_uid`.
+    corner_vertex : ndarray of shape (c,)
+        Vertex of each corner of the mesh when it was read.
+    vertex_count : int
+        Vertices of the mesh when it was read.
+    scene_corner : ndarray of shape (c,)
+        Corner of the scene that each corner of the mesh takes its light from.
+    """
+
+    object_name: str
+    mesh_name: str
+    mesh_uid: int
+    corner_vertex: IntArray
+    vertex_count: int
+    scene_corner: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A scene that was read.
+
+    Attributes
+    ----------
+    scene : core.scene.Scene
+        Its surfaces; what could not be read is in its warnings.
+    targets : tuple of Target
+        One for each object with faces, in the order of the scene's `object_names`.
+    """
+
+    scene: Scene
+    targets: tuple[Target, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The faces of one object, in world space [m]."""
+
+    vertices: FloatArray
+    corner_vertex: IntArray
+    face_start: IntArray
+    corner_normals: FloatArray
+    reflectance: FloatArray
+    emission: FloatArray
+
+
+def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph) -> Reading:
+    """Read the meshes that are visible in renders.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        Gives the unit scale and the world.
+    view_layer : bpy.types.ViewLayer
+        Gives the objects.
+    depsgraph : bpy.types.Depsgraph
+        The evaluated state of `view_layer`.
+
+    Returns
+    -------
+    Reading
+        Surfaces, and the meshes that they came from.
+
+    Raises
+    ------
+    RadiosityError
+        When no mesh with faces renders, or when a mesh has a position that is not finite.
+    """
+    notes = _ignored(scene, depsgraph)
+    scale = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
+    surfaces: dict[str, Surface] = {}
+    parts: list[_Part] = []
+    targets: list[Target] = []
+    corners = 0
+    for obj in rendered_objects(view_layer):
+        if obj.type in SURFACE_TYPES:
+            notes.append(
+                f"Object '{obj.name_full}' is not a mesh and is left out; convert it (Object > Convert > Mesh)"
+            )
+        elif obj.type == 'LIGHT':
+            notes.append(f"Light '{obj.name_full}' is left out; let a mesh with an emission material shine instead")
+        elif obj.type == 'MESH':
+            part, target = _read_object(obj, depsgraph, scale, corners, surfaces, notes)
+            if len(target.corner_vertex):
+                parts.append(part)
+                targets.append(target)
+                corners += len(target.corner_vertex)
+    if not parts:
+        raise RadiosityError(
+            f"Scene '{scene.name}' has no mesh with faces that is visible in renders: add a mesh, or enable its render "
+            "visibility (the camera icon in the Outliner)"
+        )
+    for surface in surfaces.values():
+        notes.extend(surface.warnings)
+    return Reading(_join(parts, tuple(target.object_name for target in targets), notes), tuple(targets))
+
+
+def rendered_objects(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
+    """Return the objects of a view layer that are visible in renders, each once.
+
+    Parameters
+    ----------
+    view_layer : bpy.types.ViewLayer
+        Its excluded collections are left out, and those disabled in renders with all that is below them.
+
+    Returns
+    -------
+    list of bpy.types.Object
+        In the order of the Outliner.
+    """
+
+    def visit(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.Object]:
+        if layer.collection.hide_render:
+            return
+        if not layer.exclude:
+            yield from layer.collection.objects
+        for child in layer.children:
+            yield from visit(child)
+
+    found = {obj.name_full: obj for obj in visit(view_layer.layer_collection)}
+    return [obj for obj in found.values() if _renders_itself(obj)]
+
+
+def _renders_itself(obj: bpy.types.Object) -> bool:
+    instances = obj.instance_type != 'NONE' and obj.type == 'MESH'
+    return not obj.hide_render and (obj.show_instancer_for_render or not instances)
+
+
+def _ignored(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """Tell what gives light or shade in a render but not in a bake."""
+    notes = []
+    if _shines(scene.world):
+        notes.append(f"World '{scene.world.name_full}' gives no light to the bake")
+    copies = Counter(
+        instance.object.original.name_full for instance in depsgraph.object_instances if instance.is_instance
+    )
+    for name, count in copies.items():
+        notes.append(
+            f"{count} instances of '{name}' are left out; make them real (Object > Apply > Make Instances Real)"
+        )
+    return notes
+
+
+def _shines(world: bpy.types.World | None) -> bool:
+    if world is None:
+        return False
+    if world.node_tree is None:
+        return any(world.color)
+    backgrounds = [node for node in world.node_tree.nodes if node.bl_idname == 'ShaderNodeBackground']
+    return any(
+        node.inputs["Strength"].default_value > 0.0
+        and (node.inputs["Color"].is_linked or any(node.inputs["Color"].default_value[:3]))
+        for node in backgrounds
+    )
+
+
+def _read_object(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    scale: float,
+    first_corner: int,
+    surfaces: dict[str, Surface],
+    notes: list[str],
+) -> tuple[_Part, Target]:
+    """Read one mesh object; `surfaces` holds the materials read so far."""
+    if obj.mode == 'EDIT':
+        # The mesh itself is old while it is edited; this brings it up to date, as saving the file would.
+        obj.update_from_editmode()
+    original_topology = _topology(obj.data)
+    evaluated = obj.evaluated_get(depsgraph)
+    if not evaluated.is_evaluated and (obj.modifiers or obj.constraints):
+        notes.append(f"Object '{obj.name_full}' is disabled in viewports and is read without modifiers and constraints")
+    # A mesh of its own, also where the evaluated one is only a wrapper (in Edit Mode, or subdivided on the GPU).
+    mesh = evaluated.to_mesh()
+    try:
+        if _same(original_topology, _topology(mesh)):
+            part, order = _part(mesh, evaluated, _world_matrix(obj, depsgraph), scale, surfaces)
+        else:
+            notes.append(
+                f"Object '{obj.name_full}': its modifiers change the faces, so it is baked without them; apply them "
+                "to light what they make"
+            )
+            part, order = _part(obj.data, evaluated, _world_matrix(obj, depsgraph), scale, surfaces)
+    finally:
+        evaluated.to_mesh_clear()
+    target = Target(
+        object_name=obj.name_full,
+        mesh_name=obj.data.name_full,
+        mesh_uid=obj.data.session_uid,
+        corner_vertex=original_topology[0],
+        vertex_count=len(obj.data.vertices),
+        scene_corner=first_corner + order,
+    )
+    return part, target
+
+
+def _part(
+    mesh: bpy.types.Mesh,
+    obj: bpy.types.Object,
+    matrix: FloatArray,
+    scale: float,
+    surfaces: dict[str, Surface],
+) -> tuple[_Part, IntArray]:
+    """Bring a mesh to the world; also return which of its part's corners each corner of the mesh is."""
+    corner_vertex, face_start = _topology(mesh)
+    linear = matrix[:3, :3]
+    vertices = scale * (_column(mesh.vertices, "co", 3) @ linear.T + matrix[:3, 3])
+    # Normals go by the cofactors, the inverse transpose without its division: right for any scale, 0 included.
+    cofactors = np.stack(
+        [np.cross(linear[1], linear[2]), np.cross(linear[2], linear[0]), np.cross(linear[0], linear[1])]
+    )
+    normals = _column(mesh.corner_normals, "vector", 3) @ cofactors.T
+    order = np.arange(len(corner_vertex))
+    if np.linalg.det(linear) < 0.0:
+        # Mirrored: what was counter-clockwise is clockwise now, while the outside stays the outside.
+        sizes = np.diff(face_start)
+        order = np.repeat(face_start[:-1] + face_start[1:] - 1, sizes) - order
+        normals = -normals
+    # Vertices that no face uses are not a part of any surface, wherever they are.
+    used = np.zeros(len(vertices), dtype=bool)
+    used[corner_vertex] = True
+    reflectance, emission = _face_surfaces(mesh, obj, surfaces)
+    part = _Part(
+        vertices[used], (np.cumsum(used) - 1)[corner_vertex[order]], face_start, normals[order], reflectance, emission
+    )
+    return part, order  # reversing twice gives the first order again, so it also maps the mesh's corners to the part's
+
+
+def _face_surfaces(
+    mesh: bpy.types.Mesh, obj: bpy.types.Object, surfaces: dict[str, Surface]
+) -> tuple[FloatArray, FloatArray]:
+    """Return reflectance and emission of each face of a mesh."""
+    table = []
+    for material in _materials(mesh, obj):
+        key = "" if material is None else material.name_full
+        if key not in surfaces:
+            surfaces[key] = read_material(material)
+        table.append(surfaces[key])
+    # Like Blender: an index beyond the last slot means the last slot.
+    index = _column(mesh.polygons, "material_index", 1, np.int32).clip(0, len(table) - 1)
+    return (
+        np.stack([surface.reflectance for surface in table])[index],
+        np.stack([surface.emission for surface in table])[index],
+    )
+
+
+def _materials(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> list[bpy.types.Material | None]:
+    """Return the material of each slot, be it linked to mesh or object; one empty slot where there is none."""
+    materials = list(mesh.materials)
+    for index, slot in enumerate(obj.material_slots):
+        if slot.link == 'OBJECT':
+            materials[index : index + 1] = [slot.material]
+    return materials or [None]
+
+
+def _join(parts: list[_Part], names: tuple[str, ...], notes: list[str]) -> Scene:
+    """Put the parts one after the other into one scene."""
+    first_vertex = np.cumsum([0] + [len(part.vertices) for part in parts])
+    first_corner = np.cumsum([0] + [len(part.corner_vertex) for part in parts])
+    return Scene(
+        np.concatenate([part.vertices for part in parts]),
+        np.concatenate([part.corner_vertex + first for part, first in zip(parts, first_vertex, strict=False)]),
+        np.concatenate(
+            [part.face_start[:-1] + first for part, first in zip(parts, first_corner, strict=False)]
+            + [first_corner[-1:]]
+        ),
+        np.concatenate([part.reflectance for part in parts]),
+        np.concatenate([part.emission for part in parts]),
+        corner_normals=np.concatenate([part.corner_normals for part in parts]),
+        face_object=np.repeat(np.arange(len(parts)), [len(part.reflectance) for part in parts]),
+        object_names=names,
+        warnings=notes,
+    )
+
+
+def _world_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> FloatArray:
+    """Return object space to world space as an array of shape (4, 4)."""
+    evaluated = obj.evaluated_get(depsgraph)
+    if evaluated.is_evaluated:
+        return np.array(evaluated.matrix_world, dtype=float)
+    # Disabled in viewports, so Blender has not moved it for long: follow its parents.
+    basis = np.array(obj.matrix_basis, dtype=float)
+    if obj.parent is None:
+        return basis
+    return _world_matrix(obj.parent, depsgraph) @ np.array(obj.matrix_parent_inverse, dtype=float) @ basis
+
+
+def _topology(mesh: bpy.types.Mesh) -> tuple[IntArray, IntArray]:
+    """Return the vertex of each corner, and the first corner of each face with the number of corners at the end."""
+    starts = _column(mesh.polygons, "loop_start", 1, np.int32)
+    return (
+        _column(mesh.loops, "vertex_index", 1, np.int32).astype(np.int64),
+        np.append(starts, len(mesh.loops)).astype(np.int64),
+    )
+
+
+def _same(one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray]) -> bool:
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+
+
+def _column(
+    collection: bpy.types.bpy_prop_collection, name: str, width: int, dtype: type = np.float32
+) -> NDArray[np.generic]:
+    """Return one property of all items as an array of shape (n,) or (n, width), in Blender's own precision."""
+    values = np.zeros(len(collection) * width, dtype=dtype)
+    collection.foreach_get(name, values)
+    return values.reshape(-1, width) if width > 1 else values
