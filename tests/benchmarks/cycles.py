@@ -93,7 +93,9 @@ def _numbers(collection: bpy.types.bpy_prop_collection, name: str, width: int, d
     return values.reshape(-1, width)
 
 
-def bake(objects: list[bpy.types.Object], samples: int, seed: int, threads: int = 0) -> tuple[NDArray[np.float64], float]:
+def bake(
+    objects: list[bpy.types.Object], samples: int, seed: int, threads: int = 0
+) -> tuple[NDArray[np.float64], float]:
     """Bake outgoing radiance with Cycles.
 
     Parameters
@@ -121,6 +123,8 @@ def bake(objects: list[bpy.types.Object], samples: int, seed: int, threads: int 
     settings.device = 'CPU'
     settings.samples, settings.seed = samples, seed
     settings.use_adaptive_sampling = False
+    # The denoiser would take the list of corners for a picture and smear unrelated corners into each other.
+    settings.use_denoising = False
     settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0
     settings.max_bounces = settings.diffuse_bounces = 128
     for obj in objects:

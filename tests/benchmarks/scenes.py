@@ -128,7 +128,7 @@ def _chair() -> Mesh:
 
 
 def corridor() -> list[Item]:
-    """Build a long bright corridor (reflectance 0.88), lit by a few faces of the ceiling in the arm round the corner."""
+    """Build a long bright corridor (reflectance 0.88), lit by some faces of the ceiling round the corner."""
     size, height = 0.2, 2.4
     # The plan is an L of three blocks: long arm, corner, short arm; the walls between them are open.
     low_high = [((0, 0), (10, 1.8), "+x"), ((10, 0), (11.8, 1.8), "-x +y"), ((10, 1.8), (11.8, 4.6), "-y")]
