@@ -213,13 +213,13 @@ def _read_object(
     mesh = evaluated.to_mesh()
     try:
         if _same(original_topology, _topology(mesh)):
-            part, order = _part(mesh, evaluated, _world_matrix(obj, depsgraph), scale, surfaces)
+            part, order = _part(mesh, evaluated, world_matrix(obj, depsgraph), scale, surfaces)
         else:
             notes.append(
                 f"Object '{obj.name_full}': its modifiers change the faces, so it is baked without them; apply them "
                 "to light what they make"
             )
-            part, order = _part(obj.data, evaluated, _world_matrix(obj, depsgraph), scale, surfaces)
+            part, order = _part(obj.data, evaluated, world_matrix(obj, depsgraph), scale, surfaces)
     finally:
         evaluated.to_mesh_clear()
     target = Target(
@@ -312,7 +312,7 @@ def _join(parts: list[_Part], names: tuple[str, ...], notes: list[str]) -> Scene
     )
 
 
-def _world_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> FloatArray:
+def world_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> FloatArray:
     """Return object space to world space as an array of shape (4, 4)."""
     evaluated = obj.evaluated_get(depsgraph)
     if evaluated.is_evaluated:
@@ -321,7 +321,7 @@ def _world_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floa
     basis = np.array(obj.matrix_basis, dtype=float)
     if obj.parent is None:
         return basis
-    return _world_matrix(obj.parent, depsgraph) @ np.array(obj.matrix_parent_inverse, dtype=float) @ basis
+    return world_matrix(obj.parent, depsgraph) @ np.array(obj.matrix_parent_inverse, dtype=float) @ basis
 
 
 def _topology(mesh: bpy.types.Mesh) -> tuple[IntArray, IntArray]:
