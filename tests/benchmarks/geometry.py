@@ -48,3 +48,10 @@ class Geometry:
     def corner_face(self) -> NDArray[np.int64]:
         """The face of every corner, shape (c,)."""
         return np.repeat(np.arange(len(self.face_start) - 1), np.diff(self.face_start))
+
+    @property
+    def next_corner(self) -> NDArray[np.int64]:
+        """The corner that follows each one around its face, shape (c,)."""
+        following = np.arange(1, len(self.corner_vertex) + 1)
+        following[self.face_start[1:] - 1] = self.face_start[:-1]
+        return following
