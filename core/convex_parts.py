@@ -69,14 +69,14 @@ def _checked(index: int, polygon: ArrayLike) -> FloatArray:
         raise RadiosityError(f"Polygon {index}: has {len(corners)} corners, a polygon has at least 3.")
     size = np.linalg.norm(np.ptp(corners, axis=0))
     corners = corners[np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1) > SAME * size]
-    if np.linalg.norm(area_vector(corners)) <= SAME * size * size:
+    if len(corners) < 3 or np.linalg.norm(area_vector(corners)) <= SAME * size * size:
         raise RadiosityError(f"Polygon {index}: has no area.")
     away = np.abs((corners - corners.mean(axis=0)) @ unit_normal(corners)).max()
     if away > FLAT * size:
         raise RadiosityError(
-            f"Polygon {index}: is not planar, its corners are up to {away:.3g} m off its plane. Split it into triangles."
+            f"Polygon {index}: is not planar: corners are up to {away:.3g} m off its plane. Split it into triangles."
         )
-    return corners
+    return np.asarray(corners)
 
 
 def area_vector(corners: FloatArray) -> FloatArray:
@@ -160,10 +160,10 @@ def in_front(corners: FloatArray, distances: FloatArray, margin: float) -> Float
     ndarray of shape (m, 3)
         m is 0 when no corner is in front by more than the margin.
     """
-    if distances.min() >= -margin:
-        return corners if distances.max() > margin else corners[:0]
-    if distances.max() <= margin:
+    if np.max(distances) <= margin:
         return corners[:0]
+    if np.min(distances) >= -margin:
+        return corners
     kept: list[FloatArray] = []
     for k, (corner, distance) in enumerate(zip(corners, distances, strict=True)):
         following = (k + 1) % len(corners)
