@@ -100,7 +100,8 @@ def grid(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: int) ->
     Grid
         At least divisions * subdivide parts along every edge.
     """
-    least = np.minimum(scene.divisions[whole.face] * float(subdivide), PARTS_LIMIT).astype(np.int64)
+    factor = float(min(subdivide, PARTS_LIMIT))
+    least = np.minimum(scene.divisions[whole.face] * factor, PARTS_LIMIT).astype(np.int64)
     none = np.zeros(len(least), dtype=bool)
     plain = Grid(whole.points(scene), whole.corner, whole.face, least, least, whole.triangle, none)
     if max_edge is None:

@@ -77,11 +77,11 @@ def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> 
     """
     if max_edge is not None and not (math.isfinite(max_edge) and max_edge > 0):
         raise RadiosityError(f"The largest patch edge must be a length above zero, not {max_edge:g} m")
-    if not (math.isfinite(subdivide) and subdivide >= 1 and subdivide == int(subdivide)):
+    if not (subdivide >= 1 and subdivide == subdivide // 1):
         raise RadiosityError(f"The subdivision must be a whole number from 1 up, not {subdivide}")
     whole = pieces(scene)
-    check_count(scene, whole, max_edge, int(subdivide))
-    return _arranged(scene, cut(grid(scene, whole, max_edge, int(subdivide))))
+    check_count(scene, whole, max_edge, subdivide)
+    return _arranged(scene, cut(grid(scene, whole, max_edge, subdivide)))
 
 
 def _arranged(scene: Scene, fronts: Cut) -> Patches:
@@ -143,8 +143,8 @@ def _measures(fronts: Cut, face_normal: FloatArray) -> tuple[FloatArray, FloatAr
     a, b, c, d = (fronts.offset[:, slot] for slot in range(4))
     vector = 0.5 * np.cross(c - a, d - b)
     area = np.asarray(np.linalg.norm(vector, axis=1))
-    # A patch too small for a normal of its own takes the face's.
-    solid = area > 0
+    # A sliver that rounding has turned over or flattened takes the normal of its face.
+    solid = np.sum(vector * face_normal, axis=1) > 0
     normal = np.where(solid[:, None], vector / np.where(solid, area, 1.0)[:, None], face_normal)
     # The mean of four corners lies on their bilinear surface, which their centroid need not.
     triangle = np.all(c == d, axis=1)[:, None]

@@ -25,8 +25,8 @@ FRONT, BACK, BOTH = 1, 2, 3
 REFLECTANCE_LIMIT = 0.99
 # Area over squared extent below which a face is a line: Blender's single precision cannot tell the two apart.
 FLAT = 1e-7
-# Squares and cubes of lengths must stay finite.
-FARTHEST = 1e12
+# Products of lengths must neither overflow nor vanish [m].
+FARTHEST, SMALLEST = 1e12, 1e-30
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -190,7 +190,7 @@ class Scene:
     @cached_property
     def live(self) -> BoolArray:
         """Return which faces have an area, shape (f,); the others keep their corners but get no patches."""
-        return np.asarray(self.face_area > FLAT * self.face_extent**2)
+        return (self.face_area > FLAT * self.face_extent**2) & (self.face_extent > SMALLEST)
 
     @cached_property
     def face_normal(self) -> FloatArray:

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from .errors import RadiosityError
-from .scene import FARTHEST, FLAT, FloatArray, Scene
+from .scene import FARTHEST, FLAT, SMALLEST, FloatArray, Scene
 
 SURFACE, EMITTER = "R", "E"
 
@@ -262,7 +262,7 @@ def _check_shape(corners: FloatArray, where: str) -> None:
     area = float(np.linalg.norm(vector))
     sides = np.roll(corners, -1, axis=0) - corners
     turns = np.cross(np.roll(sides, 1, axis=0), sides) @ vector
-    if area <= FLAT * size**2 or np.count_nonzero(turns < 0) > 1:
+    if size <= SMALLEST or area <= FLAT * size**2 or np.count_nonzero(turns < 0) > 1:
         raise RadiosityError(
             f"{where}: expected four corners one after the other around an area, found a shape that "
             f"{'crosses itself' if np.count_nonzero(turns < 0) > 1 else 'encloses none'}"

@@ -16,6 +16,8 @@ from .scene import FLAT, BoolArray, FloatArray, IntArray, Scene
 SLIVER = 1e-14
 # Sine by which opposite angles must exceed a half turn before an edge is flipped: keeps round shapes from cycling.
 FLIP = 1e-9
+# Marks a corner at the place of its neighbour, or between two at one place: without it the outline is the same.
+DOUBLE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,12 +137,13 @@ def _ears(polygons: FloatArray) -> IntArray:
         while len(waiting):
             score = np.where(alive[waiting] & (blocker[waiting] < 0), quality[waiting], -np.inf)
             tip[waiting] = np.argmax(score, axis=1)
-            stuck = np.max(score, axis=1) <= 0
-            # Only an outline that crosses or touches itself has no ear: what has no area goes first, then the roundest.
-            last = np.where(quality[waiting] == 0, 2.0, quality[waiting])
+            best = np.max(score, axis=1)
+            stuck = best <= 0
+            # Only an outline that crosses or touches itself has no ear: what has no area goes, or else the roundest.
+            last = np.where(quality[waiting] == 0, DOUBLE, quality[waiting])
             tip[waiting[stuck]] = np.argmax(np.where(alive[waiting], last, -np.inf), axis=1)[stuck]
             ears = np.stack([before[waiting, tip[waiting]], tip[waiting], after[waiting, tip[waiting]]], axis=1)
-            inside = _inside(polygons[waiting], ears, alive[waiting]) & ~stuck[:, None]
+            inside = _inside(polygons[waiting], ears, alive[waiting]) & (~stuck & (best < DOUBLE))[:, None]
             blocked = np.any(inside, axis=1)
             blocker[waiting[blocked], tip[waiting[blocked]]] = np.argmax(inside[blocked], axis=1)
             waiting = waiting[blocked]
@@ -156,11 +159,13 @@ def _ears(polygons: FloatArray) -> IntArray:
 
 
 def _quality(polygons: FloatArray, rows: IntArray, a: IntArray, b: IntArray, c: IntArray) -> FloatArray:
-    """Return 1 for equilateral triangles, 0 for lines, less for triangles that turn the other way."""
+    """Return 1 for equilateral triangles, 0 for lines, less for those that turn right, 2 for doubled corners."""
     p, q, r = polygons[rows, a], polygons[rows, b], polygons[rows, c]
+    double = np.any([np.all(one == other, axis=1) for one, other in ((p, q), (q, r), (r, p))], axis=0)
     twice = _cross(q - p, r - p)
     squares = sum(np.sum(side * side, axis=1) for side in (q - p, r - q, p - r))
-    return np.where(np.abs(twice) > SLIVER, 2.0 * np.sqrt(3.0) * twice / np.maximum(squares, SLIVER), 0.0)
+    shape = np.where(np.abs(twice) > SLIVER, 2.0 * np.sqrt(3.0) * twice / np.maximum(squares, SLIVER), 0.0)
+    return np.where(double, DOUBLE, shape)
 
 
 def _inside(polygons: FloatArray, ears: IntArray, alive: BoolArray) -> BoolArray:

@@ -5,13 +5,15 @@ from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
-from core.errors import RadiosityError
-from core.scene import BACK, BOTH, FRONT, Scene
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.errors import RadiosityError
+from core.scene import BACK, BOTH, FRONT, Scene
+
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 LINE = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0)], dtype=float)
+BESIDE = SQUARE + np.array([1, 0, 0])
 BENT = np.array([(0, 0, 0), (1, 0, 1), (1, 1, 0), (0, 1, 1)], dtype=float)
 
 
@@ -152,7 +154,10 @@ def test_the_cap_in_single_precision_is_no_warning():
         ({"face_object": [1]}, "face_object must index the 1 object names"),
         ({"face_object": [-1]}, "face_object must index"),
         ({"corner_normals": [[0, 0, np.nan]] * 4}, "Object 'Wall': a corner normal is not a finite number"),
-        ({"vertices": SQUARE + [0, np.nan, 0]}, r"Object 'Wall': a vertex position is not a finite number \(1 face\)"),
+        (
+            {"vertices": SQUARE + np.array([0, np.nan, 0])},
+            r"Object 'Wall': a vertex position is not a finite number \(1 face\)",
+        ),
         ({"vertices": SQUARE * 1e13}, r"Object 'Wall': a vertex is farther away than 1e\+12 m"),
         ({"vertices": [*SQUARE, (0, 0, np.inf)]}, "delete the loose vertices"),
     ],
@@ -174,9 +179,9 @@ def test_corner_normals_become_unit_and_missing_ones_flat():
 
 
 def test_polygons_that_share_points_share_vertices():
-    pair = Scene.from_polygons([SQUARE, SQUARE + (1, 0, 0)], 0.5, [1, 2, 3], sides=[BACK, BOTH], divisions=[2, 3])
+    pair = Scene.from_polygons([SQUARE, BESIDE], 0.5, [1, 2, 3], sides=[BACK, BOTH], divisions=[2, 3])
     assert len(pair.vertices) == 6
-    np.testing.assert_array_equal(pair.vertices[pair.corner_vertex], np.concatenate([SQUARE, SQUARE + (1, 0, 0)]))
+    np.testing.assert_array_equal(pair.vertices[pair.corner_vertex], np.concatenate([SQUARE, BESIDE]))
     np.testing.assert_array_equal(pair.emission, [[1, 2, 3]] * 2)
     np.testing.assert_array_equal(pair.reflectance, np.full((2, 3), 0.5))
     assert pair.sides.tolist() == [BACK, BOTH] and pair.divisions.tolist() == [2, 3]

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
 from core.errors import RadiosityError
 from core.meshing import mesh
 from core.scene_text import Rectangle, parse_scene_text, read_scene_text, rectangles_to_scene, write_scene_text
-from hypothesis import assume, example, given
-from hypothesis import strategies as st
 
 ROOM = Path(__file__).parents[2] / "example_blends" / "thesis_room.txt"
 LINE = "R 2 (0,0,0) (1,0,0) (1,1,0) (0,1,0) (0,0,1) (1.0,1.0,1.0,0.5)"
@@ -193,10 +194,9 @@ def test_a_round_trip_keeps_every_bit(kind, divisions, frame, material, length, 
     assert float(rectangles_to_scene([written]).face_normal[0] @ normal) > 0
 
 
-words = st.sampled_from(
-    ["R", "E", "2", "(0,0,0)", "(1,0,0)", "(1,1,0)", "(0,1,0)", "(0,0,1)", "(1,1,1,.5)", "(", ")", ",", "#", "\n", "-1"]
-    + ["1e400", "nan", "١", "\x00", "\u2028", "\ufeff", "0x1", "(1e-200,0,0)", "(1e11,0,1)"]
-)
+corner_words = ["(0,0,0)", "(1,0,0)", "(1,1,0)", "(0,1,0)", "(0,0,1)", "(1,1,1,.5)", "(1e-200,0,0)", "(1e11,0,1)"]
+odd_words = ["(", ")", ",", "#", "\n", "-1", "1e400", "nan", "١", "\x00", "\u2028", "\ufeff", "0x1"]
+words = st.sampled_from(["R", "E", "2", *corner_words, *odd_words])
 
 
 @given(st.one_of(st.text(), st.lists(words).map(" ".join)))
