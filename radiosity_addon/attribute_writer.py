@@ -121,7 +121,7 @@ def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> No
     RadiosityError
         When a mesh is gone or was edited since it was read; no mesh has been touched then.
     """
-    edited = [obj for obj in bpy.context.view_layer.objects if obj.type == 'MESH' and obj.mode == 'EDIT']
+    edited = [obj for obj in bpy.data.objects if obj.type == 'MESH' and obj.mode == 'EDIT']
     for obj in edited:
         obj.update_from_editmode()
     meshes, groups = _meshes_by_uid(), _vertex_groups()

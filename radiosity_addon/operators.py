@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Bake button: the whole bake at once for scripts, in small steps with progress and Esc for people."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 
@@ -14,9 +12,6 @@ from ..core.errors import RadiosityError
 from ..core.progress import Progress, exhaust
 from .baking import SceneBake, bake_scene
 from .properties import core_settings
-
-if TYPE_CHECKING:
-    Steps = Generator[Progress, None, SceneBake]
 
 TICK = 0.02  # seconds between two turns of a running bake
 BUDGET = 0.1  # seconds that a turn may take before the window gets its turn
@@ -29,9 +24,6 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     bl_idname = "radiosity.bake"
     bl_label = "Bake Radiosity"
     bl_options = {'REGISTER', 'UNDO'}
-
-    _steps: Steps | None = None
-    _timer: bpy.types.Timer | None = None
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -55,15 +47,20 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        self._steps = start_bake(context)
+        try:
+            self._steps = start_bake(context)
+            # The first step reads the scene, while what it was handed is sure to be alive.
+            progress = next(self._steps)
+        except RadiosityError as error:
+            self.report({'ERROR'}, str(error))
+            return {'CANCELLED'}
         wm = context.window_manager
         wm.radiosity.running = True
         wm.progress_begin(0.0, 1.0)
         self._timer = wm.event_timer_add(TICK, window=context.window)
         wm.modal_handler_add(self)
-        # The first turn reads the scene, while what it was handed is sure to be alive.
-        result = self._turn(context)
-        return {'RUNNING_MODAL'} if result == {'PASS_THROUGH'} else result
+        self._tell(context, progress)
+        return {'RUNNING_MODAL'}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == 'ESC' and event.value == 'PRESS':
@@ -74,13 +71,9 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Stop a running bake and clear its traces; Blender calls this too, when another file is loaded."""
-        if self._steps is not None:
-            self._steps.close()
-            self._steps = None
+        self._steps.close()
         wm = context.window_manager
-        if self._timer is not None:
-            wm.event_timer_remove(self._timer)
-            self._timer = None
+        wm.event_timer_remove(self._timer)
         wm.radiosity.running = False
         wm.progress_end()
         if context.workspace is not None:
@@ -136,7 +129,7 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             space.shading.light = 'FLAT'  # the colors are the light; a second one on top would falsify them
 
 
-def start_bake(context: bpy.types.Context) -> Steps:
+def start_bake(context: bpy.types.Context) -> Generator[Progress, None, SceneBake]:
     """Begin the bake of the context's scene with the scene's own settings; nothing runs before the first step."""
     scene = context.scene
     return bake_scene(

@@ -171,13 +171,21 @@ def _ignored(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str
     if _shines(scene.world):
         notes.append(f"World '{scene.world.name_full}' gives no light to the bake")
     copies = Counter(
-        instance.object.original.name_full for instance in depsgraph.object_instances if instance.is_instance
+        instance.object.original.name_full
+        for instance in depsgraph.object_instances
+        if instance.is_instance and not instance.parent.hide_render and not _own_surface(instance)
     )
     for name, count in copies.items():
         notes.append(
             f"{count} instances of '{name}' are left out; make them real (Object > Apply > Make Instances Real)"
         )
     return notes
+
+
+def _own_surface(instance: bpy.types.DepsgraphObjectInstance) -> bool:
+    """Tell whether this is the surface of a text or curve, which Blender hands out as an instance of itself."""
+    original = instance.object.original
+    return original.type in SURFACE_TYPES and instance.parent.original == original
 
 
 def _shines(world: bpy.types.World | None) -> bool:

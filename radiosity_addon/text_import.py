@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's scene file (T11) as Blender objects: a grid of quads for each rectangle, so that its colors show light."""
+"""The thesis's scene file (T11) as Blender objects: every rectangle is a grid of quads, whose colors show light."""
 
 from collections.abc import Sequence
 from dataclasses import replace
