@@ -20,7 +20,8 @@ from ..core.exposure import automatic_exposure, expose
 from .scene_reader import rendered_objects, world_matrix
 
 # Copies are told from each other by name, whatever kind they are; Blender numbers those that are already taken.
-_SCENE, _CAMERA, _OBJECT, _MESH, _MATERIAL = (f"radiosity-{kind}" for kind in "scene camera object mesh material".split())
+_SCENE, _CAMERA, _OBJECT = "radiosity-scene", "radiosity-camera", "radiosity-object"
+_MESH, _MATERIAL = "radiosity-mesh", "radiosity-material"
 
 
 @dataclass(frozen=True, eq=False)

@@ -140,7 +140,7 @@ def read_accessor(glb: Glb, index: int) -> NDArray[np.float64]:
     accessor = glb.document["accessors"][index]
     width = _WIDTHS.get(accessor["type"])
     if width is None or "sparse" in accessor or "bufferView" not in accessor:
-        raise RadiosityError(f"Accessor {index} of the glTF file is sparse, compressed or a matrix: not understood here")
+        raise RadiosityError(f"Accessor {index} of the glTF file is sparse, compressed or a matrix")
     kind = np.dtype(_COMPONENTS[accessor["componentType"]])
     view = glb.document["bufferViews"][accessor["bufferView"]]
     start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)

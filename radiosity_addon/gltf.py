@@ -63,7 +63,7 @@ def _run_exporter(path: Path, scene: bpy.types.Scene) -> None:
     windows = bpy.context.window_manager.windows
     window = bpy.context.window or (windows[0] if windows else None)
     if window is None:
-        raise RadiosityError("The glTF exporter needs a file with a window: save the .blend once from Blender's interface")
+        raise RadiosityError("The glTF exporter needs a window: save the .blend once from Blender's interface")
     users_scene, users_layer = window.scene, window.view_layer
     try:
         with bpy.context.temp_override(window=window):

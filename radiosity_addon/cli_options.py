@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The words that the command understands: one parser, whichever way it is called."""
+
+import argparse
+from dataclasses import fields
+from math import isfinite
+from pathlib import Path
+from typing import NoReturn
+
+from ..core.errors import RadiosityError
+from ..core.settings import FORM_FACTORS, METHODS, QUALITIES, Settings
+
+WRONG_USAGE = 2
+ENDINGS = {"output": ".blend", "gltf": ".glb", "render": ".png", "report": ".json"}
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that complains in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(WRONG_USAGE, f"radiosity: error: {' '.join(message.split())} (--help lists the options)\n")
+
+
+def parse(argv: list[str], prog: str, verb: str | None) -> tuple[argparse.Namespace, Settings]:
+    """Read the arguments.
+
+    Parameters
+    ----------
+    argv : list of str
+        The arguments.
+    prog : str
+        How the command was called, for its help.
+    verb : str or None
+        Word that has to come first.
+
+    Returns
+    -------
+    options : argparse.Namespace
+        Paths, attribute, domain and exposure.
+    settings : Settings
+        How to compute the light.
+
+    Raises
+    ------
+    SystemExit
+        With code 2 after one line on stderr about what is wrong, or with 0 after the help.
+    """
+    top = parser = _Parser(prog=prog, description=_DESCRIPTION, allow_abbrev=False)
+    if verb is not None:
+        parser = top.add_subparsers(metavar=verb, required=True).add_parser(
+            verb, help=_DESCRIPTION, description=_DESCRIPTION, allow_abbrev=False
+        )
+    _add_files(parser)
+    _add_settings(parser)
+    options = top.parse_args(argv)
+    for name, ending in ENDINGS.items():
+        path = getattr(options, name)
+        if path is not None and path.suffix.lower() != ending:
+            parser.error(f"--{name} writes a {ending} file, and the name given is {path}")
+    given = {field.name: getattr(options, field.name, None) for field in fields(Settings)}
+    try:
+        return options, Settings(**{name: value for name, value in given.items() if value is not None})
+    except RadiosityError as error:
+        parser.error(str(error))
+
+
+_DESCRIPTION = "Bake the light of a scene into vertex colors."
+
+
+def _add_files(parser: argparse.ArgumentParser) -> None:
+    """Add what is read and written."""
+    parser.add_argument(
+        "input", type=Path, nargs="?", metavar="INPUT", help=".blend or thesis scene (.txt); default: the loaded .blend"
+    )
+    parser.add_argument("--output", type=Path, metavar="F.blend", help="save the baked scene here")
+    parser.add_argument("--gltf", type=Path, metavar="F.glb", help="export the baked meshes, unlit")
+    parser.add_argument("--render", type=Path, metavar="F.png", help="draw the baked scene")
+    parser.add_argument("--report", type=Path, metavar="F.json", help="write the figures of the bake")
+    parser.add_argument("--attribute", default="Radiosity", metavar="NAME", help="color attribute (%(default)s)")
+    parser.add_argument(
+        "--domain",
+        default='CORNER',
+        type=str.upper,
+        choices=('CORNER', 'POINT'),
+        help="whether each face corner or each vertex carries a color (%(default)s)",
+    )
+    parser.add_argument(
+        "--exposure",
+        type=_stops,
+        metavar="STOPS|auto",
+        help="brightness of glTF and picture (auto: the scene's own exposure, or what suits the light if that is 0)",
+    )
+
+
+def _add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add how the light is computed; what is not given stays as `Settings` has it."""
+    chosen = Settings()
+    parser.add_argument("--method", choices=METHODS, help=f"how light is exchanged ({chosen.method})")
+    parser.add_argument("--form-factors", choices=FORM_FACTORS, help=f"dense methods' kernel ({chosen.form_factors})")
+    parser.add_argument("--quality", choices=QUALITIES, help=f"effort of the hierarchical method ({chosen.quality})")
+    parser.add_argument("--max-edge", type=float, metavar="METRES", help="longest edge of a patch (the mesh's own)")
+    parser.add_argument("--subdivide", type=int, metavar="N", help=f"factor on patches a side ({chosen.subdivide})")
+    parser.add_argument("--iterations", type=int, metavar="N", help=f"sweeps at most ({chosen.iterations})")
+    parser.add_argument(
+        "--tolerance", type=float, metavar="X", help=f"relative change at which it is done ({chosen.tolerance:g})"
+    )
+
+
+def _stops(text: str) -> float | None:
+    """Read an exposure; None stands for the automatic one."""
+    if text == "auto":
+        return None
+    stops = float(text)
+    if not (isfinite(stops) and abs(stops) <= 64.0):
+        raise argparse.ArgumentTypeError(f"{text} is no exposure: give stops, such as 1.5, or auto")
+    return stops
