@@ -27,7 +27,7 @@ def build(items: Iterable[Item]) -> list[bpy.types.Object]:
         faces: list[list[int]] = []
         slots: list[int] = []
         for slot, part in enumerate(item.parts):
-            mesh.materials.append(_material(f"{item.name} {slot}", part))
+            mesh.materials.append(_material(f"{item.name} {slot}", part, item.front_only))
             if not vertices or vertices[-1] is not part.mesh.vertices:
                 vertices.append(part.mesh.vertices)
             start = sum(map(len, vertices[:-1]))
@@ -43,8 +43,8 @@ def build(items: Iterable[Item]) -> list[bpy.types.Object]:
     return objects
 
 
-def _material(name: str, part: Part) -> bpy.types.Material:
-    """Return a material that is an emitter or a diffuse reflector."""
+def _material(name: str, part: Part, front_only: bool) -> bpy.types.Material:
+    """Return a material that is an emitter (on its front only, when wanted) or a diffuse reflector."""
     material = bpy.data.materials.new(name)
     if material.node_tree is None:
         material.use_nodes = True
@@ -55,6 +55,13 @@ def _material(name: str, part: Part) -> bpy.types.Material:
     shader.inputs["Color"].default_value = (*(part.radiance if glows else part.reflectance), 1.0)
     output = nodes.new("ShaderNodeOutputMaterial")
     material.node_tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    if glows and front_only:
+        front = nodes.new("ShaderNodeMath")
+        front.operation = 'SUBTRACT'
+        front.inputs[0].default_value = 1.0
+        backfacing = nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
+        material.node_tree.links.new(backfacing, front.inputs[1])
+        material.node_tree.links.new(front.outputs[0], shader.inputs["Strength"])
     return material
 
 

@@ -28,13 +28,15 @@ class Part:
 class Item:
     """One object: its parts become material slots of one mesh; parts with the same array of vertices share them.
 
-    `both_sides` tells that nothing hides the back, which then radiates and receives as well: in Cycles every face does.
+    In Cycles every face radiates and receives on both sides. `both_sides` tells that nothing hides the back, so that
+    this matters; with `front_only` the material of emitters sees to it that their backs are dark.
     """
 
     name: str
     parts: tuple[Part, ...]
     smooth: bool = False
     both_sides: bool = False
+    front_only: bool = False
 
 
 def cornell(*, hung: bool = True) -> list[Item]:

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The figures as pictures; matplotlib is needed for nothing else in this project."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+from . import runs
+from .runs import CYCLES, OURS, Run
+
+COLUMNS = 3
+COLOURS = {OURS: "tab:orange", CYCLES: "tab:blue"}
+NAMES = {OURS: "Radiosity", CYCLES: "Cycles (samples)"}
+
+
+def against_cycles(file: Path, measured: Sequence[Run]) -> None:
+    """Draw error against time, one panel a scene, both axes logarithmic."""
+    scenes = list(dict.fromkeys(run.scene for run in measured))
+    columns = min(COLUMNS, len(scenes))
+    rows = -(-len(scenes) // columns)
+    figure = Figure(figsize=(4.2 * columns, 3.4 * rows))
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for panel, scene in zip(panels.flat, scenes, strict=False):
+        panel.set_title(scene.replace("_", " "))
+        for method in (OURS, CYCLES):
+            _draw(panel, runs.of(measured, scene, method), method)
+        panel.grid(True, which="both", alpha=0.25)
+    for panel in panels.flat[len(scenes) :]:
+        panel.set_axis_off()
+    for panel in panels[:, 0]:
+        panel.set_ylabel("error (rms over mean)")
+    for panel in panels[-1]:
+        panel.set_xlabel("time [s]")
+    panels.flat[0].legend()
+    figure.tight_layout()
+    figure.savefig(file, dpi=110)
+
+
+def _draw(panel: Axes, shown: Sequence[Run], method: str) -> None:
+    """Draw the runs of one method as a line with its settings written beside the points."""
+    if not shown:
+        return
+    seconds, errors = np.array([[run.seconds, run.error] for run in shown]).T
+    panel.loglog(seconds, errors, "o-", color=COLOURS[method], label=NAMES[method])
+    for run in shown:
+        panel.annotate(run.setting, (run.seconds, run.error), textcoords="offset points", xytext=(5, 4), fontsize=7)
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
+    panel.yaxis.set_minor_formatter(FuncFormatter(lambda _value, _: ""))
