@@ -3,9 +3,9 @@
 
 import bpy
 
-from . import operators, panels, properties, text_operators
+from . import command, operators, panels, properties, text_operators
 
-MODULES = (properties, operators, text_operators, panels)
+MODULES = (properties, operators, text_operators, panels, command)
 
 
 def register() -> None:

@@ -2,12 +2,14 @@
 """The Radiosity tab in the 3D viewport's sidebar."""
 
 import json
+import textwrap
 
 import bpy
 
 from .operators import RADIOSITY_OT_bake
 
 MOST_WARNINGS = 20
+LETTER = 6.5  # width of a letter [pixels]
 
 
 class _Sidebar:
@@ -88,15 +90,24 @@ class RADIOSITY_PT_last_bake(_Sidebar, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         status = context.window_manager.radiosity
+        column = self.layout.column(align=True)
         for label, text in json.loads(status.figures):
-            split = self.layout.split(factor=0.4)
+            split = column.split(factor=0.4)
             split.label(text=label)
             split.label(text=text)
         warnings = status.warnings.splitlines()
         for warning in warnings[:MOST_WARNINGS]:
-            self.layout.label(text=warning, icon='ERROR')
+            column = self.layout.column(align=True)
+            for index, line in enumerate(textwrap.wrap(warning, _letters(context))):
+                column.label(text=line, icon='BLANK1' if index else 'ERROR')
         if len(warnings) > MOST_WARNINGS:
             self.layout.label(text=f"{len(warnings) - MOST_WARNINGS} more warnings")
+
+
+def _letters(context: bpy.types.Context) -> int:
+    """Return how many letters a line beside an icon holds, about."""
+    width = context.region.width if context.region else 0
+    return max(int(width / (LETTER * context.preferences.system.ui_scale)) - 8, 24)
 
 
 register, unregister = bpy.utils.register_classes_factory(
