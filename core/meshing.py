@@ -95,7 +95,7 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
 
     corners, back = _corners(scene, fronts)[source], side < 0
     corners[back] = _turned(corners[back])
-    normal, area, centre = _measures(fronts, scene.face_normal[fronts.face])
+    normal, area, centre = _measures(fronts)
     face = fronts.face[source]
 
     # A mesh corner shows the front, or the back where only the back radiates.
@@ -138,18 +138,15 @@ def _turned(corners: FloatArray) -> FloatArray:
     return turned
 
 
-def _measures(fronts: Cut, face_normal: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _measures(fronts: Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return unit normal, area and centre of every front."""
     a, b, c, d = (fronts.offset[:, slot] for slot in range(4))
     vector = 0.5 * np.cross(c - a, d - b)
     area = np.asarray(np.linalg.norm(vector, axis=1))
-    # A sliver that rounding has turned over or flattened takes the normal of its face.
-    solid = np.sum(vector * face_normal, axis=1) > 0
-    normal = np.where(solid[:, None], vector / np.where(solid, area, 1.0)[:, None], face_normal)
     # The mean of four corners lies on their bilinear surface, which their centroid need not.
     triangle = np.all(c == d, axis=1)[:, None]
     centre = fronts.base + np.where(triangle, (a + b + c) / 3, (a + b + c + d) / 4)
-    return normal, area, centre
+    return vector / area[:, None], area, centre
 
 
 def _adopted(scene: Scene, touch: IntArray) -> IntArray:

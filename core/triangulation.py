@@ -12,8 +12,9 @@ import numpy as np
 
 from .scene import FLAT, BoolArray, FloatArray, IntArray, Scene
 
-# Twice the area, in faces scaled to an extent of 1, up to which a triangle is a line: rounding, not judgement.
-SLIVER = 1e-14
+# Twice the area, in faces scaled to an extent of 1, up to which a triangle is a line: even patches a thousandth as high
+# as what is left stand out from rounding, so that each has a normal.
+SLIVER = 1e-11
 # Sine by which opposite angles must exceed a half turn before an edge is flipped: keeps round shapes from cycling.
 FLIP = 1e-9
 # Marks a corner at the place of its neighbour, or between two at one place: without it the outline is the same.

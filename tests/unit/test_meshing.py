@@ -225,14 +225,16 @@ def test_far_from_the_origin_areas_and_normals_keep_their_digits(polygon):
     np.testing.assert_allclose(far.corners - 1e6, near.corners, atol=2e-10)
 
 
-def test_slivers_that_rounding_flattens_do_not_turn_over():
-    width = 1e-13
+@pytest.mark.parametrize("width", [0, 1e-16, 1e-13, 1e-11, 1e-10, 1e-8])
+def test_slivers_are_cut_into_patches_that_face_the_front_or_are_left_out(width):
     spiked = np.array([(0, 0, 0), (1, 0, 0), (3, 0, 0), (1, width, 0), (1, 1, 0), (0, 1, 0)])
-    frame = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
-    scene = Scene.from_polygons([spiked @ frame])
-    patches = mesh(scene, subdivide=300)
-    assert np.all(patches.normal @ scene.face_normal[0] > 0)
-    np.testing.assert_allclose(np.linalg.norm(patches.normal, axis=1), 1)
+    for seed in range(5):
+        frame = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+        scene = Scene.from_polygons([spiked @ frame])
+        patches = mesh(scene, subdivide=100)
+        np.testing.assert_allclose(patches.area.sum(), scene.face_area[0], rtol=1e-9)
+        assert np.all(patches.normal @ scene.face_normal[0] > 0.9)
+        assert set(patches.touch_corner) == set(range(6))
 
 
 @pytest.mark.parametrize("max_edge", [0, -1, np.nan, np.inf])
