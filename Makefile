@@ -47,7 +47,7 @@ build: venv      ## the extension's zip in dist/, checked by Blender's own tool
 	$(EXTENSION_TOOL) build --source-dir . --output-dir dist
 	$(EXTENSION_TOOL) validate dist/radiosity-*.zip
 
-examples: venv   ## make example_blends/*.blend anew
+examples: venv       ## make example_blends/*.blend anew, to be committed with VENV=.venv-4.2 BPY=4.2.23
 	$(PYTHON) example_blends/make_examples.py
 
 benchmark: venv  ## the thesis's table, ours beside it
