@@ -107,7 +107,7 @@ def furnished() -> list[Item]:
     sides = [box((x, 0, 0), (x + 0.02, 0.3, 1.9), 0.075) for x in (0.0, 1.18)]
     shelf = join(*boards, *sides)
     lamp = cells([(2.2, 2.8, 2.4), (2.2, 3.4, 2.4), (3.4, 3.4, 2.4), (3.4, 2.8, 2.4)], 0.2)
-    sconce = box((5.9, 0.6, 1.4), (6.0, 1.2, 1.9), 0.1)
+    sconce = box((5.9, 0.63, 1.43), (6.0, 1.17, 1.87), 0.1)
     chest = box((0, 0, 0), (0.9, 0.5, 0.6), 0.09, without="-z")
     return [
         Item("Room", (Part(room, (0.75, 0.72, 0.68)),)),
