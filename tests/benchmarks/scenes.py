@@ -158,7 +158,7 @@ def smooth(*, glowing_ball: bool = False) -> list[Item]:
     if glowing_ball:
         ball = moved(meshes.icosphere(0.18, 3), (0.1, 0.3, 1.5))
         return [*items, Item("Glow", (Part(ball, BLACK, (20.0, 16.0, 10.0)),), smooth=True)]
-    lamp = cells([(-0.5, -0.4, 2.58), (-0.5, 0.6, 2.58), (0.7, 0.6, 2.58), (0.7, -0.4, 2.58)], 0.25)
+    lamp = cells([(-0.5, -0.4, 2.3), (-0.5, 0.6, 2.3), (0.7, 0.6, 2.3), (0.7, -0.4, 2.3)], 0.25)
     return [*items, Item("Lamp", (Part(meshes.triangulated(lamp), BLACK, (9.0, 9.0, 9.0)),), both_sides=True)]
 
 
