@@ -55,8 +55,9 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises
     ------
     RadiosityError
-        If the folder does not take the file, or the disk is full.
+        If the folder is missing or does not take the file, or the disk is full.
     """
+    check_output(path)
     # In the same folder, not a folder within it: the relative paths inside a .blend have to stay true.
     temporary = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
