@@ -47,7 +47,10 @@ build: venv      ## the extension's zip in dist/, checked by Blender's own tool
 	$(EXTENSION_TOOL) build --source-dir . --output-dir dist
 	$(EXTENSION_TOOL) validate dist/radiosity-*.zip
 
-examples: venv       ## make example_blends/*.blend anew, to be committed with VENV=.venv-4.2 BPY=4.2.23
+# By the oldest Blender supported, which cannot open what a newer one saves.
+examples: BPY = 4.2.23
+examples: VENV = .venv-4.2
+examples: venv       ## make example_blends/*.blend anew
 	$(PYTHON) example_blends/make_examples.py
 
 benchmark: venv  ## the thesis's table, ours beside it
