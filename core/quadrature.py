@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Points on patches that stand for the whole patch in an integral."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def surface_points(corners: FloatArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return places on patches and how much area there is around each.
+
+    Parameters
+    ----------
+    corners : ndarray of shape (n, 4, 3)
+        Patches [m]; a triangle repeats its last corner.
+    u, v : ndarray of shape (q,)
+        Places in the unit square; u runs from corner 0 to 1, v from 0 to 3.
+
+    Returns
+    -------
+    points : ndarray of shape (n, q, 3)
+        On the patches' bilinear surfaces [m].
+    stretch : ndarray of shape (n, q)
+        Area of the surface over area in the unit square [m^2].
+    """
+    u, v = u[:, None], v[:, None]
+    a, b, c, d = (corners[:, k, None] for k in range(4))
+    along_u = (1 - v) * (b - a) + v * (c - d)
+    along_v = (1 - u) * (d - a) + u * (c - b)
+    # Arms from the first corner: a patch far from the origin keeps its digits.
+    points = a + (u * (1 - v) * (b - a) + u * v * (c - a) + (1 - u) * v * (d - a))
+    return points, np.asarray(np.linalg.norm(np.cross(along_u, along_v), axis=2))
+
+
+def gauss_points(corners: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
+    """Return the points and weights of a Gauss-Legendre product rule on every patch.
+
+    Parameters
+    ----------
+    corners : ndarray of shape (n, 4, 3)
+        Patches [m].
+    order : int
+        Points along each side; on parallelograms polynomials up to degree 2 * order - 1 are integrated exactly.
+
+    Returns
+    -------
+    points : ndarray of shape (n, order**2, 3)
+        [m].
+    weights : ndarray of shape (n, order**2)
+        Share of the area that each point stands for; they sum to 1.
+    """
+    t, w = np.polynomial.legendre.leggauss(order)
+    u, v = np.meshgrid((t + 1) / 2, (t + 1) / 2, indexing="ij")
+    points, stretch = surface_points(corners, u.ravel(), v.ravel())
+    weights = stretch * np.outer(w, w).ravel()
+    total = weights.sum(axis=1, keepdims=True)
+    # A patch without area stands for nothing; any weights do.
+    return points, np.where(total > 0, weights / np.where(total > 0, total, 1), 1 / order**2)
+
+
+def spread_points(count: int, axes: int) -> FloatArray:
+    """Return points that fill a unit cube evenly: the additive recurrence with the generalised golden ratio.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    axes : int
+        Of how many numbers each.
+
+    Returns
+    -------
+    ndarray of shape (axes, count)
+
+    References
+    ----------
+    M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
+    """
+    # The positive root of x^(axes + 1) = x + 1.
+    ratio = 2.0
+    for _ in range(40):
+        ratio = (1.0 + ratio) ** (1.0 / (axes + 1))
+    steps = ratio ** -np.arange(1.0, axes + 1)
+    return np.asarray((0.5 + np.outer(steps, np.arange(count))) % 1.0)
