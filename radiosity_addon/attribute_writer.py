@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 DATA_TYPE = 'FLOAT_COLOR'
 DOMAINS = ('CORNER', 'POINT')
+OWN_UNDO = {'EDIT', 'SCULPT', 'TEXTURE_PAINT'}
 LONGEST_NAME = 63  # bytes: what Blender 4.2 keeps of a name
 
 
@@ -121,14 +122,14 @@ def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> No
     RadiosityError
         When a mesh is gone or was edited since it was read; no mesh has been touched then.
     """
-    edited = [obj for obj in bpy.data.objects if obj.type == 'MESH' and obj.mode == 'EDIT']
-    for obj in edited:
-        obj.update_from_editmode()
+    for obj in bpy.data.objects:
+        if obj.type == 'MESH' and obj.mode == 'EDIT':
+            obj.update_from_editmode()
     meshes, groups = _meshes_by_uid(), _vertex_groups()
     for target in plan.targets:
         _check_unchanged(meshes.get(target.mesh_uid), target)
         _check_name(meshes[target.mesh_uid], target, plan.attribute, groups)
-    _leave_edit_mode(edited)
+    _leave_modes_with_own_undo()
     weight = corner_angles(scene) if plan.domain == 'POINT' else None
     for target in plan.targets:
         colors = corner_radiance[target.scene_corner]
@@ -211,16 +212,17 @@ def _check_unchanged(mesh: bpy.types.Mesh | None, target: Target) -> None:
         )
 
 
-def _leave_edit_mode(edited: list[bpy.types.Object]) -> None:
-    """Switch to Object Mode.
+def _leave_modes_with_own_undo() -> None:
+    """Switch to Object Mode from where Undo only knows the active mesh and would not take the colors off the others.
 
-    What is written to a mesh while it is edited is lost when editing ends, and Undo in Edit Mode would not take the
-    colors off the other meshes.
+    In Edit Mode, what is written to the mesh would also be lost when editing ends.
     """
-    for obj in edited:
-        if obj.mode == 'EDIT':  # leaving it with one object leaves it with all
+    for obj in bpy.data.objects:
+        if obj.type == 'MESH' and obj.mode in OWN_UNDO:  # leaving Edit Mode with one object leaves it with all
             with bpy.context.temp_override(object=obj, active_object=obj):
                 bpy.ops.object.mode_set(mode='OBJECT')
+                # Called from an operator it leaves no step to go back to.
+                bpy.ops.ed.undo_push(message="Object Mode")
 
 
 def _store(mesh: bpy.types.Mesh, name: str, domain: str, colors: FloatArray) -> None:
