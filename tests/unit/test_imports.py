@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who may import whom: core NumPy only, the extension itself relatively, the root nothing before Blender registers it."""
+"""Who may import whom: core only NumPy, the extension its own modules relatively, the root nothing before its time."""
 
 import ast
 import importlib.util
