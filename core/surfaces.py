@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surfaces that block light, as few polygons as they can be told in (T14)."""
+"""The surfaces that block light, told in as few triangles as they can be (T14).
+
+A ray does not care how finely a wall is meshed for light: a tree over the surfaces is several times cheaper to ask than
+one over the patches. So flat faces that share edges are joined and cut anew into the few convex polygons that fill
+their union; it stays the same union, to rounding. What is curved stays as it is: faces one by one, non-planar quads as
+the patches that mesh them, so that what blocks is the surface that is lit.
+"""
 
 from __future__ import annotations
 
@@ -9,46 +15,169 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from .joining import join
+from .scene import BACK, Scene
+from .triangulation import pieces
+
 if TYPE_CHECKING:
     from .meshing import Patches
-    from .scene import Scene
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+# How exactly surfaces block, as shares of the scene's diagonal. An end of a segment that is this near to the plane of a
+# surface lies on it, and the surface does not block it, however shallow the segment leaves: shortening segments instead
+# would let neighbours of a slightly hollow mesh hide each other. Ten times what single precision gets wrong.
+MARGIN = 4e-6
+# Surfaces reach this much over their edges, so that nothing slips through where they meet.
+GROWTH = 1e-6
+# Half the height that the corners of a flat face may differ by, as a share of the scene's diagonal; Blender's single
+# precision accounts for a tenth of it.
+PLANAR = 1e-6
+# Twice the area over the squared length of a triangle that is only rounding.
+_NOTHING = 1e-14
+# Multiplications that looking for what cannot block may take.
+_EFFORT = 2e8
 
 
 @dataclass(frozen=True, eq=False)
 class Occluding:
     """Triangles that block light, whatever the meshing for light is.
 
+    Two that follow each other and are halves of one parallelogram a, b, c, d stand as (a, b, c), (a, c, d).
+
     Attributes
     ----------
     vertices : ndarray of shape (v, 3)
         World space [m].
     triangles : ndarray of shape (t, 3)
-        Indices into `vertices`.
+        Indices into `vertices`, counter-clockwise seen from the front of the face.
     triangle_face : ndarray of shape (t,)
-        A face of the scene that each triangle stands for.
+        The face of the scene that each triangle is a part of; of joined faces, one of them.
+    slack : ndarray of shape (t,) or float
+        How far from the triangle the surface that it stands for may lie [m]; above zero on bilinear patches only.
     """
 
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
-    triangle_face: NDArray[np.int64]
+    vertices: Floats
+    triangles: Ints
+    triangle_face: Ints
+    slack: Floats | float = 0.0
+
+    @property
+    def diagonal(self) -> float:
+        """Return the diagonal of the bounding box [m]; 1 when there is nothing."""
+        span = np.ptp(self.vertices, axis=0) if len(self.vertices) else np.zeros(3)
+        return float(np.linalg.norm(span)) or 1.0
 
 
 def occluder_polygons(scene: Scene, patches: Patches) -> Occluding:
-    """Return the triangles that block light in a scene.
+    """Return the surfaces of a scene that block light.
 
     Parameters
     ----------
     scene : Scene
+        Faces without area block nothing.
     patches : Patches
-        What lights and is lit; they lie on the faces of `scene`.
+        How the faces are meshed; non-planar quads block as their patches do.
 
     Returns
     -------
     Occluding
+        Its union is the union of the faces.
     """
-    # A patch's second triangle has no area when the patch is a triangle itself.
-    corners = patches.corners
-    triangles = np.arange(4 * len(corners)).reshape(-1, 4)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    face = np.repeat(patches.face, 2)
-    real = ~np.tile([False, True], len(corners)) | np.repeat((corners[:, 2] != corners[:, 3]).any(axis=1), 2)
-    return Occluding(corners.reshape(-1, 3), triangles[real], face[real])
+    used = scene.vertices[scene.corner_vertex]
+    diagonal = float(np.linalg.norm(np.ptp(used, axis=0))) if len(used) else 1.0
+    flat = scene.live & (_off_plane(scene) <= PLANAR * diagonal)
+    joined = join(scene, flat, diagonal)
+    whole = pieces(scene)
+    bent = _bent(scene, patches, whole.face[~whole.triangle & ~flat[whole.face]])
+
+    # Everything as quads over one list of vertices; a triangle repeats its last corner.
+    alone = ~joined.done[whole.face] & (whole.triangle | flat[whole.face])
+    loose = np.concatenate([joined.cut, patches.corners[bent]])
+    loose_quads = len(scene.vertices) + np.arange(4 * len(loose)).reshape(-1, 4)
+    quads = np.concatenate([joined.fan, scene.corner_vertex[whole.corner[alone]], loose_quads])
+    face = np.concatenate([joined.fan_face, whole.face[alone], joined.cut_face, patches.face[bent]])
+    slack = np.zeros(len(quads))
+    slack[len(quads) - int(bent.sum()) :] = _twist(patches.corners[bent])
+    return _halved(np.concatenate([scene.vertices, loose.reshape(-1, 3)]), quads, face, slack)
+
+
+def never_block(vertices: Floats, triangles: Ints, tolerance: float) -> Bools:
+    """Find triangles in whose plane the scene ends: no segment between two of its points crosses them.
+
+    The walls of a room are of this kind. Something that asks about segments inside the scene only may leave them out.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (v, 3)
+        All points of the scene lie in their convex hull [m].
+    triangles : ndarray of shape (t, 3)
+        Indices into `vertices`.
+    tolerance : float
+        How far behind the plane a point may lie and still count as on it [m].
+
+    Returns
+    -------
+    ndarray of shape (t,)
+        Of many triangles only the largest are looked at; the others count as blocking.
+    """
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    vector = np.cross(b - a, c - a)
+    size = np.linalg.norm(vector, axis=1)
+    normal = vector / np.where(size > 0, size, 1.0)[:, None]
+    # A few extreme points tell most triangles from walls at once.
+    ways = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 3)
+    extreme = np.unique(np.argmax(vertices @ ways.T, axis=0)) if len(vertices) else np.zeros(0, dtype=np.int64)
+    maybe = np.flatnonzero(_one_sided(vertices[extreme], a, normal, tolerance))
+    largest = np.argsort(-size[maybe], kind="stable")[: int(_EFFORT / max(len(vertices), 1))]
+    maybe = maybe[largest]
+    never = np.zeros(len(triangles), dtype=bool)
+    step = max(1, 1_000_000 // max(len(vertices), 1))
+    for first in range(0, len(maybe), step):
+        part = maybe[first : first + step]
+        never[part] = _one_sided(vertices, a[part], normal[part], tolerance)
+    return never
+
+
+def _one_sided(points: Floats, origin: Floats, normal: Floats, tolerance: float) -> Bools:
+    """Return which planes have none of the points on one of their sides."""
+    height = normal @ points.T - (normal * origin).sum(axis=1)[:, None]
+    return np.asarray((height.min(axis=1, initial=0.0) >= -tolerance) | (height.max(axis=1, initial=0.0) <= tolerance))
+
+
+def _off_plane(scene: Scene) -> Floats:
+    """Return how far the corners of each face lie from its middle plane at most, shape (f,) [m]."""
+    first = scene.face_start[:-1]
+    position = scene.vertices[scene.corner_vertex]
+    arm = position - position[first][scene.corner_face]
+    height = (arm * scene.face_normal[scene.corner_face]).sum(axis=1)
+    return np.asarray(0.5 * (np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first)))
+
+
+def _twist(quads: Floats) -> Floats:
+    """Return how far the bilinear surface of quads lies from their two triangles, shape (q,) [m]."""
+    a, b, c, d = (quads[:, k] for k in range(4))
+    return np.asarray(0.25 * np.linalg.norm(a - b + c - d, axis=1))
+
+
+def _bent(scene: Scene, patches: Patches, faces: Ints) -> Bools:
+    """Return the patches that block in place of their face, from one side only where both radiate."""
+    bent = np.zeros(len(scene.sides), dtype=bool)
+    bent[faces] = True
+    side = np.where(scene.sides == BACK, -1, 1)
+    return np.asarray(bent[patches.face] & (patches.side == side[patches.face]))
+
+
+def _halved(vertices: Floats, quads: Ints, face: Ints, slack: Floats) -> Occluding:
+    """Return quads as pairs of triangles over the vertices that they use."""
+    triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    # Where corners are repeated, half a quad is nothing.
+    double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    real = double > _NOTHING * np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1))
+    used = np.zeros(len(vertices), dtype=bool)
+    used[triangles[real]] = True
+    index = np.cumsum(used) - 1
+    return Occluding(vertices[used], index[triangles[real]], np.repeat(face, 2)[real], np.repeat(slack, 2)[real])

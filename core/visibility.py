@@ -1,155 +1,257 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who sees whom: occlusion of many segments at once."""
+"""Who sees whom: occlusion of many segments at once, against surfaces and not patches (T14).
+
+A surface blocks a segment that crosses it, unless an end of the segment lies in the surface's plane, within `MARGIN`:
+so a surface never blocks what starts on it or runs along it, nor what starts on a coplanar neighbour, however shallow.
+That is a test of heights over the plane and not of distances along the segment. Where two surfaces touch, a point on
+both is blocked by neither, and closed bodies block with their far side.
+"""
 
 from __future__ import annotations
 
-from itertools import repeat
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .surfaces import Occluding, occluder_polygons
+from .streams import StreamOccluders
+from .surfaces import GROWTH, MARGIN, Occluding, occluder_polygons
 
 if TYPE_CHECKING:
     from .meshing import Patches
     from .scene import Scene
 
 Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
-MARGIN = 2e-5  # of the scene's diagonal
+# Triangles from which Blender's tree is faster to build and to ask.
+MANY = 100_000
+# Pairs of segment and triangle that are looked at together.
+_PAIRS = 200_000
 
 
 class Occluders(Protocol):
-    """Answer whether straight segments are blocked."""
+    """Something that blocks light; safe to ask from several threads."""
 
     def blocked(self, origins: Floats, targets: Floats) -> Bools:
-        """Return for each segment, shape (m,), whether a surface crosses it strictly between its ends."""
+        """Return for each segment whether a surface crosses it strictly between its ends.
+
+        Parameters
+        ----------
+        origins, targets : ndarray of shape (m, 3)
+            Points on surfaces of the scene, or between such points [m].
+
+        Returns
+        -------
+        ndarray of shape (m,)
+            The same with origins and targets exchanged.
+        """
         ...
 
 
-def _shortened(origins: Floats, targets: Floats, margin: float) -> tuple[Floats, Floats, Floats]:
-    """Return start points, unit directions and lengths of the segments without their ends."""
-    along = targets - origins
-    length = np.sqrt((along * along).sum(axis=1))
-    along = along / np.maximum(length, 1e-300)[:, None]
-    cut = np.minimum(margin, 0.1 * length)
-    return origins + cut[:, None] * along, along, length - 2.0 * cut
-
-
-class BruteForceOccluders:
-    """Every segment against every triangle (Moller and Trumbore 1997); the oracle."""
-
-    def __init__(self, occluding: Occluding) -> None:
-        corners = occluding.vertices[occluding.triangles]
-        self._base = corners[:, 0]
-        self._u = corners[:, 1] - corners[:, 0]
-        self._v = corners[:, 2] - corners[:, 0]
-        self._normal = np.cross(self._u, self._v)
-        self._face = occluding.triangle_face
-        points = occluding.vertices
-        self._margin = MARGIN * float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
-
-    def _distances(self, starts: Floats, directions: Floats) -> Floats:
-        """Return the distance from each start to each triangle along its direction, infinite for a miss."""
-        turned = np.cross(directions[:, None], self._v[None])
-        det = (turned * self._u).sum(axis=2)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            to = starts[:, None] - self._base
-            u = (to * turned).sum(axis=2) / det
-            turned = np.cross(to, self._u[None])
-            v = (turned * directions[:, None]).sum(axis=2) / det
-            t = (turned * self._v).sum(axis=2) / det
-            hit = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9) & (t >= 0.0) & np.isfinite(t)
-        return np.where(hit, t, np.inf)
-
-    def _blocks(self, count: int) -> list[slice]:
-        step = max(1, 200_000 // max(1, len(self._base)))
-        return [slice(first, first + step) for first in range(0, count, step)]
-
-    def blocked(self, origins: Floats, targets: Floats) -> Bools:
-        """Return for each segment, shape (m,), whether a surface crosses it strictly between its ends."""
-        result = np.zeros(len(origins), dtype=bool)
-        if len(self._base):
-            starts, directions, lengths = _shortened(origins, targets, self._margin)
-            for part in self._blocks(len(origins)):
-                result[part] = (self._distances(starts[part], directions[part]) <= lengths[part, None]).any(axis=1)
-        return result
-
-    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
-        """Return the face hit first (-1: none), its distance (infinite: none) and whether its front was hit."""
-        face = np.full(len(origins), -1, dtype=np.int64)
-        distance = np.full(len(origins), np.inf)
-        front = np.zeros(len(origins), dtype=bool)
-        if len(self._base):
-            unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-            starts = origins + self._margin * unit
-            for part in self._blocks(len(origins)):
-                t = self._distances(starts[part], unit[part])
-                first = t.argmin(axis=1)
-                distance[part] = t[np.arange(len(t)), first] + self._margin
-                hit = np.isfinite(distance[part])
-                face[part] = np.where(hit, self._face[first], -1)
-                front[part] = hit & ((self._normal[first] * unit[part]).sum(axis=1) < 0.0)
-        return face, distance, front
-
-
-class BVHOccluders:
-    """Segments against Blender's bounding volume hierarchy, `mathutils.bvhtree.BVHTree`."""
-
-    def __init__(self, occluding: Occluding) -> None:
-        from mathutils.bvhtree import BVHTree
-
-        points = occluding.vertices
-        low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.ones(3))
-        # The tree holds single precision: bring the scene to the origin and to the size of one.
-        self._centre = 0.5 * (low + high)
-        self._size = float(np.linalg.norm(high - low)) or 1.0
-        self._face = occluding.triangle_face
-        corners = points[occluding.triangles]
-        self._normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        local = (points - self._centre) / self._size
-        self._tree = BVHTree.FromPolygons(local.tolist(), occluding.triangles.tolist(), all_triangles=True, epsilon=0.0)
-
-    def _local(self, points: Floats) -> Floats:
-        return (points - self._centre) / self._size
-
-    def blocked(self, origins: Floats, targets: Floats) -> Bools:
-        """Return for each segment, shape (m,), whether a surface crosses it strictly between its ends."""
-        starts, directions, lengths = _shortened(self._local(origins), self._local(targets), MARGIN)
-        hits = map(self._tree.ray_cast, starts.tolist(), directions.tolist(), lengths.tolist())
-        return np.fromiter((hit[2] is not None for hit in hits), dtype=bool, count=len(origins))
-
-    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
-        """Return the face hit first (-1: none), its distance (infinite: none) and whether its front was hit."""
-        unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        starts = self._local(origins) + MARGIN * unit
-        hits = list(map(self._tree.ray_cast, starts.tolist(), unit.tolist(), repeat(10.0)))
-        index = np.array([-1 if hit[2] is None else hit[2] for hit in hits], dtype=np.int64)
-        distance = np.array([np.inf if hit[2] is None else hit[3] for hit in hits])
-        hit = index >= 0
-        face = np.where(hit, self._face[index], -1) if len(self._face) else index
-        front = hit & ((self._normal[index] * unit).sum(axis=1) < 0.0) if len(self._face) else hit
-        return face, (distance + MARGIN) * self._size, front
-
-
-def scene_occluders(scene: Scene, patches: Patches) -> BruteForceOccluders | BVHOccluders:
+def scene_occluders(scene: Scene, patches: Patches) -> Occluders:
     """Return the fastest occluders there are for a scene.
 
     Parameters
     ----------
     scene : Scene
     patches : Patches
+        How the scene is meshed: what blocks is what is lit.
 
     Returns
     -------
-    BVHOccluders or BruteForceOccluders
-        The latter where mathutils is missing (outside Blender).
+    Occluders
+        In NumPy for all but very large scenes, where Blender's own tree is faster, if it can be imported.
     """
     occluding = occluder_polygons(scene, patches)
-    try:
-        return BVHOccluders(occluding)
-    except ModuleNotFoundError:
-        return BruteForceOccluders(occluding)
+    if len(occluding.triangles) >= MANY:
+        try:
+            return BVHOccluders(occluding)
+        except ModuleNotFoundError:
+            pass
+    return StreamOccluders(occluding)
+
+
+class BruteForceOccluders:
+    """Every segment against every triangle, in double precision: slow, plain, what the others are tested against.
+
+    Parameters
+    ----------
+    occluding : Occluding
+        Surfaces that block.
+    margin, growth : float
+        How near to a plane an end lies in it, and how far surfaces reach over their edges [share of the diagonal].
+    """
+
+    def __init__(self, occluding: Occluding, *, margin: float = MARGIN, growth: float = GROWTH) -> None:
+        self._face = occluding.triangle_face
+        self._margin = margin * occluding.diagonal + np.broadcast_to(occluding.slack, len(self._face))
+        self._growth = growth * occluding.diagonal
+        self._corners = occluding.vertices[occluding.triangles]
+        a, b, c = (self._corners[:, k] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        self._normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+        """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
+        result = np.zeros(len(origins), dtype=bool)
+        for part in self._parts(len(origins)):
+            along = targets[part] - origins[part]
+            crossing, rise = self._crossings(origins[part], along)
+            # The other end has to be clear of the plane as well.
+            beyond = (1.0 - crossing) * np.abs(rise) > self._margin
+            result[part] = (np.isfinite(crossing) & beyond).any(axis=1)
+        return result
+
+    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
+        """Return what rays hit first.
+
+        Parameters
+        ----------
+        origins, directions : ndarray of shape (m, 3)
+            A surface in whose plane a ray starts is not hit [m]; directions of any length but zero.
+
+        Returns
+        -------
+        face : ndarray of shape (m,)
+            Face of the scene, or one of those that were joined with it; -1 for none.
+        distance : ndarray of shape (m,)
+            Infinite for none [m].
+        front : ndarray of shape (m,)
+            Whether the front of the face was hit.
+        """
+        face, distance = np.full(len(origins), -1), np.full(len(origins), np.inf)
+        front = np.zeros(len(origins), dtype=bool)
+        for part in self._parts(len(origins)):
+            way = directions[part] / np.linalg.norm(directions[part], axis=1, keepdims=True)
+            crossing, rise = self._crossings(origins[part], way)
+            first = crossing.argmin(axis=1)
+            row = np.arange(len(first))
+            distance[part] = crossing[row, first]
+            hit = np.isfinite(distance[part])
+            face[part] = np.where(hit, self._face[first], -1)
+            front[part] = hit & (rise[row, first] < 0)
+        return face, distance, front
+
+    def _parts(self, count: int) -> Iterator[slice]:
+        """Yield the segments in parts; none when there is nothing to hit."""
+        if len(self._face):
+            step = max(1, _PAIRS // len(self._face))
+            for first in range(0, count, step):
+                yield slice(first, first + step)
+
+    def _crossings(self, origins: Floats, along: Floats) -> tuple[Floats, Floats]:
+        """Return where rays cross triangles, in lengths of `along`, and how fast they rise over them, shape (m, t).
+
+        Infinite where they do not, or start in the triangle's plane.
+        """
+        arm = origins[:, None] - self._corners[:, 0]
+        height, rise = (arm * self._normal).sum(axis=2), along @ self._normal.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = -height / rise
+            hit = (np.abs(height) > self._margin) & (crossing > 0) & np.isfinite(crossing)
+            arm += np.where(hit, crossing, 0.0)[:, :, None] * along[:, None]
+        for side in range(3):
+            edge = self._corners[:, (side + 1) % 3] - self._corners[:, side]
+            inward = np.cross(self._normal, edge / np.linalg.norm(edge, axis=1, keepdims=True))
+            start = (inward * (self._corners[:, side] - self._corners[:, 0])).sum(axis=1)
+            hit &= (arm * inward).sum(axis=2) >= start - self._growth
+        return np.where(hit, crossing, np.inf), rise
+
+
+class BVHOccluders:
+    """Segments against Blender's own tree of boxes, `mathutils.bvhtree.BVHTree`, one after the other.
+
+    Parameters
+    ----------
+    occluding : Occluding
+        Surfaces that block.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Outside Blender.
+    """
+
+    def __init__(self, occluding: Occluding) -> None:
+        from mathutils.bvhtree import BVHTree
+
+        points = occluding.vertices
+        # The tree works in single precision, which wants the scene at the origin and of the size of one.
+        self._size = occluding.diagonal
+        self._centre = 0.5 * (points.min(axis=0) + points.max(axis=0)) if len(points) else np.zeros(3)
+        self._face = occluding.triangle_face
+        self._margin = MARGIN + np.broadcast_to(occluding.slack, len(self._face)) / self._size
+        corners = self._local(points)[occluding.triangles]
+        self._start = corners[:, 0]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        self._normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        index = np.arange(corners.size // 3).reshape(-1, 3)
+        self._tree = BVHTree.FromPolygons(
+            _outgrown(corners).reshape(-1, 3).tolist(), index.tolist(), all_triangles=True, epsilon=0.0
+        )
+
+    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+        """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
+        start, end = self._local(origins), self._local(targets)
+        length = np.linalg.norm(end - start, axis=1)
+        way = (end - start) / np.maximum(length, 1e-30)[:, None]
+        triangle, _ = self._first(start, way, length - MARGIN, (start, end))
+        return np.asarray(triangle >= 0)
+
+    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
+        """Return face, distance and side of what rays hit first; see `BruteForceOccluders.nearest`."""
+        start = self._local(origins)
+        way = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        # Nothing is farther from the middle of the scene than half its diagonal.
+        triangle, distance = self._first(start, way, np.linalg.norm(start, axis=1) + 1.0, (start,))
+        hit = np.flatnonzero(triangle >= 0)
+        face, front = np.full(len(origins), -1), np.zeros(len(origins), dtype=bool)
+        face[hit] = self._face[triangle[hit]]
+        front[hit] = (self._normal[triangle[hit]] * way[hit]).sum(axis=1) < 0
+        return face, distance * self._size, front
+
+    def _local(self, points: Floats) -> Floats:
+        """Return points in the units of the tree."""
+        return np.asarray((points - self._centre) / self._size)
+
+    def _first(self, start: Floats, way: Floats, reach: Floats, ends: tuple[Floats, ...]) -> tuple[Ints, Floats]:
+        """Return the first triangles within reach in whose planes no end lies, -1 for none, and their distances."""
+        triangle, distance = np.full(len(start), -1), np.full(len(start), np.inf)
+        gone, step = np.full(len(start), MARGIN), MARGIN
+        rays = np.flatnonzero(gone < reach)
+        while len(rays):
+            # The quickest way to feed a tree: columns as lists, zipped into tuples, and no loop in Python.
+            begin = (start[rays] + gone[:, None][rays] * way[rays]).T.tolist()
+            left = (reach - gone)[rays].tolist()
+            columns = zip(*begin, strict=True), zip(*way[rays].T.tolist(), strict=True), left
+            hits = list(map(self._tree.ray_cast, *columns))
+            hit = np.array([found[2] is not None for found in hits])
+            rays = rays[hit]
+            found, further = (np.array([h[k] for h in hits if h[2] is not None]) for k in (2, 3))
+            found = found.astype(np.int64)
+            gone[rays] += further
+            counts = np.ones(len(rays), dtype=bool)
+            for end in ends:
+                height = ((end[rays] - self._start[found]) * self._normal[found]).sum(axis=1)
+                counts &= np.abs(height) > self._margin[found]
+            triangle[rays[counts]], distance[rays[counts]] = found[counts], gone[rays[counts]]
+            # Go on behind the others. A ray in a wall's own plane meets it again and again: go twice as far each time.
+            rays = rays[~counts]
+            gone[rays] += step
+            step *= 2.0
+            rays = rays[gone[rays] < reach[rays]]
+        return triangle, distance
+
+
+def _outgrown(corners: Floats) -> Floats:
+    """Return triangles, shape (t, 3, 3), with each edge `GROWTH` further out; needles grow less."""
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1), axis=2)
+    around = sides.sum(axis=1)
+    middle = (corners * sides[:, :, None]).sum(axis=1) / around[:, None]
+    double = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    # The inscribed circle's radius is twice the area over the circumference.
+    factor = 1.0 + np.minimum(GROWTH * around / double, 0.05)
+    return np.asarray(middle[:, None] + factor[:, None, None] * (corners - middle[:, None]))
