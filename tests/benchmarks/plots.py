@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from . import runs
 from .runs import CYCLES, OURS, Run
@@ -29,12 +29,12 @@ def against_cycles(file: Path, measured: Sequence[Run]) -> None:
         for method in (OURS, CYCLES):
             _draw(panel, runs.of(measured, scene, method), method)
         panel.grid(True, which="both", alpha=0.25)
+        panel.tick_params(labelbottom=True)
+        panel.set_xlabel("time [s]")
     for panel in panels.flat[len(scenes) :]:
         panel.set_axis_off()
     for panel in panels[:, 0]:
         panel.set_ylabel("error (rms over mean)")
-    for panel in panels[-1]:
-        panel.set_xlabel("time [s]")
     panels.flat[0].legend()
     figure.tight_layout()
     figure.savefig(file, dpi=110)
@@ -49,5 +49,6 @@ def _draw(panel: Axes, shown: Sequence[Run], method: str) -> None:
     for run in shown:
         panel.annotate(run.setting, (run.seconds, run.error), textcoords="offset points", xytext=(5, 4), fontsize=7)
     panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
-    panel.yaxis.set_minor_formatter(FuncFormatter(lambda _value, _: ""))
+    panel.yaxis.set_minor_formatter(NullFormatter())
