@@ -4,8 +4,8 @@
 One street, one direction: polygons (`scene`, or `scene_text` from the thesis's file) are cut into patches (`meshing`),
 the light between the patches is described (`visibility`, `form_factors`, `transport`), solved for (`gathering`,
 `shooting`, or `hierarchy` without a matrix), and brought to the corners of the mesh (`shading`). `bake` walks the whole
-street. Lengths are metres, radiosity B and emission E radiant exitance [W/m^2], reflectance rho and form factors F plain
-ratios; a colour is the radiance L = B / pi.
+street. Lengths are metres, radiosity B and emission E radiant exitance [W/m^2], reflectance rho and form factors F
+plain ratios; a colour is the radiance L = B / pi.
 """
 
 from importlib import import_module

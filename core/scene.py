@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import BoolArray, FloatArray, IntArray, indices, table
 from .errors import RadiosityError
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+__all__ = ["BACK", "BOTH", "FARTHEST", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray", "Scene"]
 
 FRONT, BACK, BOTH = 1, 2, 3
 
@@ -96,15 +95,15 @@ class Scene:
             When shapes or indices do not fit, a number is not finite, a reflectance or an emission is negative.
         """
         # Topology first: it says how long everything else has to be, and which object to name.
-        self._keep("vertices", _table("vertices", vertices, None))
-        self._keep("corner_vertex", _indices("corner_vertex", corner_vertex, None))
-        self._keep("face_start", _indices("face_start", face_start, None))
+        self._keep("vertices", table("vertices", vertices, None))
+        self._keep("corner_vertex", indices("corner_vertex", corner_vertex, None))
+        self._keep("face_start", indices("face_start", face_start, None))
         starts, n_corners = self.face_start, len(self.corner_vertex)
         if len(starts) < 1 or starts[0] != 0 or starts[-1] != n_corners or np.any(np.diff(starts) < 0):
             raise RadiosityError(f"face_start must run from 0 up to the number of corners, {n_corners}")
         n_faces = len(starts) - 1
         self._keep("object_names", tuple(object_names))
-        self._keep("face_object", _indices("face_object", _or(face_object, np.zeros(n_faces)), n_faces))
+        self._keep("face_object", indices("face_object", _or(face_object, np.zeros(n_faces)), n_faces))
         if np.any((self.face_object < 0) | (self.face_object >= len(self.object_names))):
             raise RadiosityError(f"face_object must index the {len(self.object_names)} object names")
         self._check_faces()
@@ -112,13 +111,13 @@ class Scene:
 
         # Surfaces, face by face.
         notes = list(warnings)
-        self._keep("reflectance", self._checked_reflectance(_table("reflectance", reflectance, n_faces), notes))
-        self._keep("emission", _table("emission", emission, n_faces))
+        self._keep("reflectance", self._checked_reflectance(table("reflectance", reflectance, n_faces), notes))
+        self._keep("emission", table("emission", emission, n_faces))
         self._check_light("emission", self.emission)
-        shown = _indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
+        shown = indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
         self._refuse((shown < FRONT) | (shown > BOTH), "sides must be 1 (front), 2 (back) or 3 (both)")
         self._keep("sides", shown.astype(np.uint8))
-        self._keep("divisions", _indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
+        self._keep("divisions", indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
         self._refuse(self.divisions < 1, "divisions must be 1 or more")
         self._keep("corner_normals", self._checked_normals(corner_normals))
 
@@ -150,12 +149,12 @@ class Scene:
         Scene
             One face for each polygon, in order.
         """
-        tables = [_table(f"polygon {index}", polygon, None) for index, polygon in enumerate(polygons)]
-        corners = np.concatenate([*tables, np.zeros((0, 3))])
+        points = [table(f"polygon {index}", polygon, None) for index, polygon in enumerate(polygons)]
+        corners = np.concatenate([*points, np.zeros((0, 3))])
         vertices, corner_vertex = np.unique(corners, axis=0, return_inverse=True)
-        start = np.cumsum([0, *(len(table) for table in tables)])
+        start = np.cumsum([0, *(len(outline) for outline in points)])
         try:
-            rho, exitance = (np.broadcast_to(np.asarray(x, float), (len(tables), 3)) for x in (reflectance, emission))
+            rho, exitance = (np.broadcast_to(np.asarray(x, float), (len(points), 3)) for x in (reflectance, emission))
         except ValueError as error:
             raise RadiosityError("reflectance and emission: one value, one colour, or one colour a polygon") from error
         return cls(vertices, corner_vertex.reshape(-1), start, rho, exitance, **fields)
@@ -210,12 +209,12 @@ class Scene:
             value.setflags(write=False)
         object.__setattr__(self, name, value)
 
-    def _per_object(self, bad: NDArray[np.bool_]) -> list[tuple[str, int]]:
+    def _per_object(self, bad: BoolArray) -> list[tuple[str, int]]:
         """Return (object name, number of faces) for the objects that have faces marked."""
         objects, counts = np.unique(self.face_object[bad], return_counts=True)
         return [(self.object_names[index], int(count)) for index, count in zip(objects, counts, strict=True)]
 
-    def _refuse(self, bad: NDArray[np.bool_], what: str) -> None:
+    def _refuse(self, bad: BoolArray, what: str) -> None:
         """Raise for the first object with a marked face."""
         for name, count in self._per_object(bad):
             raise RadiosityError(f"Object '{name}': {what} ({_faces(count)})")
@@ -254,12 +253,12 @@ class Scene:
         flat = self.face_normal[self.corner_face]
         if corner_normals is None:
             return flat
-        normals = _table("corner_normals", corner_normals, len(flat))
+        normals = table("corner_normals", corner_normals, len(flat))
         self._refuse(self._faces_with(~np.all(np.isfinite(normals), axis=1)), "a corner normal is not a finite number")
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         return np.where(length > 0, normals / np.where(length > 0, length, 1.0), flat)
 
-    def _faces_with(self, corners: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _faces_with(self, corners: BoolArray) -> BoolArray:
         """Return the faces that have a marked corner."""
         bad = np.zeros(len(self.face_start) - 1, dtype=bool)
         bad[self.corner_face[corners]] = True
@@ -274,31 +273,3 @@ def _faces(count: int) -> str:
 def _or(values: ArrayLike | None, default: ArrayLike) -> ArrayLike:
     """Return the values, or the default when there are none."""
     return default if values is None else values
-
-
-def _table(name: str, values: ArrayLike, rows: int | None) -> FloatArray:
-    """Return a copy of the values as float64 of shape (rows, 3)."""
-    try:
-        table = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise RadiosityError(f"{name} must be numbers in rows of three") from error
-    if table.size == 0:
-        table = table.reshape(0, 3)
-    if table.ndim != 2 or table.shape[1] != 3 or (rows is not None and len(table) != rows):
-        expected = "n" if rows is None else rows
-        raise RadiosityError(f"{name} must have the shape ({expected}, 3), not {table.shape}")
-    return table
-
-
-def _indices(name: str, values: ArrayLike, length: int | None) -> IntArray:
-    """Return a copy of the values as int64 of shape (length,)."""
-    try:
-        numbers = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise RadiosityError(f"{name} must be whole numbers") from error
-    if numbers.ndim != 1 or (length is not None and len(numbers) != length):
-        expected = "n" if length is None else length
-        raise RadiosityError(f"{name} must have the shape ({expected},), not {numbers.shape}")
-    if not np.all(np.isfinite(numbers)) or np.any(numbers != np.floor(numbers)) or np.any(np.abs(numbers) > 2**53):
-        raise RadiosityError(f"{name} must be whole numbers")
-    return numbers.astype(np.int64)

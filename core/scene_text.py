@@ -13,25 +13,24 @@ radiates to the side that the normal points to, in whichever order the corners c
 import codecs
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from .errors import RadiosityError
-from .scene import FARTHEST, FLAT, SMALLEST, FloatArray, Scene
+from .rectangles import EMITTER, SURFACE, Rectangle, check_rectangle, quoted, rectangles_to_scene
+from .scene import FloatArray
 
-SURFACE, EMITTER = "R", "E"
-
-# More divisions a side than this are a slip of the keyboard: a million patches from one rectangle.
-MOST_DIVISIONS = 1000
-# Brighter light than this is a slip too, and its squares must stay finite [W/m^2].
-BRIGHTEST = 1e12
-# Distance of a corner from the plane, over the size: what rounding to three digits does.
-NOT_FLAT = 1e-3
-# Cosine between the normal in the file and the rectangle's own: 8 degrees.
-ASKEW = 0.99
+__all__ = [
+    "EMITTER",
+    "SURFACE",
+    "Rectangle",
+    "parse_scene_text",
+    "read_scene_text",
+    "rectangles_to_scene",
+    "write_scene_text",
+]
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _PARTS = (
@@ -42,34 +41,6 @@ _PARTS = (
     ("a normal (x, y, z)", 3),
     ("a material (r, g, b, k)", 4),
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Rectangle:
-    """One line of a scene file, with the numbers as they stand there.
-
-    Attributes
-    ----------
-    kind : str
-        "R", a surface, or "E", an emitter.
-    divisions : int
-        Patches along one side.
-    corners : ndarray of shape (4, 3)
-        Corners one after the other around the quadrilateral [m].
-    normal : ndarray of shape (3,)
-        Points to the side that radiates; of any length.
-    colour : ndarray of shape (3,)
-        Red, green and blue.
-    factor : float
-        Reflectance is colour * factor; of an emitter, radiant exitance is [W/m^2].
-    """
-
-    kind: str
-    divisions: int
-    corners: FloatArray
-    normal: FloatArray
-    colour: FloatArray
-    factor: float
 
 
 def read_scene_text(path: str | PathLike[str]) -> tuple[Rectangle, ...]:
@@ -152,58 +123,30 @@ def write_scene_text(rectangles: Iterable[Rectangle]) -> str:
     """
     lines = []
     for number, rectangle in enumerate(rectangles, start=1):
-        _check(rectangle, f"Rectangle {number}")
+        check_rectangle(rectangle, f"Rectangle {number}")
         tuples = [*rectangle.corners, rectangle.normal, [*rectangle.colour, rectangle.factor]]
         parts = ("(" + ", ".join(repr(float(value)) for value in values) + ")" for values in tuples)
         lines.append(" ".join([rectangle.kind, str(rectangle.divisions), *parts]) + "\n")
     return "".join(lines)
 
 
-def rectangles_to_scene(rectangles: Iterable[Rectangle], subdivide: int = 1) -> Scene:
-    """Build a scene in which every rectangle is an object of its own.
-
-    Parameters
-    ----------
-    rectangles : iterable of Rectangle
-        Surfaces and emitters.
-    subdivide : int
-        Factor on the divisions (T19).
-
-    Returns
-    -------
-    Scene
-        Objects "R1", "R2", "E3" ... numbered in order; emitters reflect nothing.
-    """
-    items = tuple(rectangles)
-    light = np.array([rectangle.colour * rectangle.factor for rectangle in items]).reshape(-1, 3)
-    emits = np.array([rectangle.kind == EMITTER for rectangle in items], dtype=bool)[:, None]
-    return Scene.from_polygons(
-        [_towards_normal(rectangle) for rectangle in items],
-        np.where(emits, 0.0, light),
-        np.where(emits, light, 0.0),
-        face_object=np.arange(len(items)),
-        object_names=[f"{rectangle.kind}{number}" for number, rectangle in enumerate(items, start=1)],
-        divisions=[rectangle.divisions * subdivide for rectangle in items],
-    )
-
-
 def _rectangle(content: str, where: str) -> Rectangle:
     """Return the rectangle that a line describes."""
     kind, rest = _word(content)
     if kind not in (SURFACE, EMITTER):
-        raise RadiosityError(f"{where}: expected R or E, found {_quoted(kind or rest)}")
+        raise RadiosityError(f"{where}: expected R or E, found {quoted(kind or rest)}")
     count, rest = _word(rest)
     if not re.fullmatch(r"\+?\d{1,18}", count, re.ASCII):
-        raise RadiosityError(f"{where}: expected the number of patches along a side, found {_quoted(count or rest)}")
+        raise RadiosityError(f"{where}: expected the number of patches along a side, found {quoted(count or rest)}")
     groups = []
     for what, length in _PARTS:
         values, rest = _group(rest, length, f"{where}: expected {what}, found")
         groups.append(values)
     if rest:
-        raise RadiosityError(f"{where}: expected the end of the line after the material, found {_quoted(rest)}")
+        raise RadiosityError(f"{where}: expected the end of the line after the material, found {quoted(rest)}")
     *corners, normal, material = groups
     rectangle = Rectangle(kind, int(count), np.stack(corners), normal, material[:3], float(material[3]))
-    _check(rectangle, where)
+    check_rectangle(rectangle, where)
     return rectangle
 
 
@@ -218,83 +161,13 @@ def _group(text: str, length: int, expected: str) -> tuple[FloatArray, str]:
     """Return the numbers of a bracket, and what follows it and its separator."""
     match = re.match(r"\(([^()]*)\)", text)
     if not match:
-        raise RadiosityError(f"{expected} {_quoted(text)}")
+        raise RadiosityError(f"{expected} {quoted(text)}")
     words = re.split(r"\s*,\s*|\s+", match[1].strip())
     if len(words) != length or not all(_NUMBER.fullmatch(word) for word in words):
-        raise RadiosityError(f"{expected} {_quoted(match[0])}")
+        raise RadiosityError(f"{expected} {quoted(match[0])}")
     return np.array([float(word) for word in words]), _after_separator(text[match.end() :])
 
 
 def _after_separator(text: str) -> str:
     """Return the text without blanks and at most one comma in front."""
     return text.lstrip().removeprefix(",").lstrip()
-
-
-def _quoted(text: str) -> str:
-    """Return what was found, short enough for a message."""
-    if not text:
-        return "the end of the line"
-    return repr(text if len(text) <= 40 else text[:37] + "...")
-
-
-def _check(rectangle: Rectangle, where: str) -> None:
-    """Refuse a rectangle that cannot be lit."""
-    if rectangle.kind not in (SURFACE, EMITTER):
-        raise RadiosityError(f"{where}: expected the kind R or E, found {_quoted(rectangle.kind)}")
-    if not 1 <= rectangle.divisions <= MOST_DIVISIONS:
-        raise RadiosityError(
-            f"{where}: expected 1 to {MOST_DIVISIONS} patches along a side, found {rectangle.divisions}"
-        )
-    light = np.array([*rectangle.colour, rectangle.factor])
-    if not np.all((light >= 0) & (light <= BRIGHTEST)):
-        raise RadiosityError(f"{where}: expected a material of numbers from 0 to {BRIGHTEST:g}, found {_listed(light)}")
-    corners, normal = np.asarray(rectangle.corners), np.asarray(rectangle.normal)
-    if not np.all(np.abs([*corners, normal]) <= FARTHEST):
-        raise RadiosityError(f"{where}: expected coordinates within {FARTHEST:g} m of the origin")
-    _check_shape(corners, where)
-    _check_normal(rectangle, where)
-
-
-def _check_shape(corners: FloatArray, where: str) -> None:
-    """Refuse quadrilaterals that cross themselves, enclose nothing or are not flat."""
-    vector = _area_vector(corners)
-    size = float(np.max(np.linalg.norm(corners - corners[0], axis=1)))
-    area = float(np.linalg.norm(vector))
-    sides = np.roll(corners, -1, axis=0) - corners
-    turns = np.cross(np.roll(sides, 1, axis=0), sides) @ vector
-    if size <= SMALLEST or area <= FLAT * size**2 or np.count_nonzero(turns < 0) > 1:
-        raise RadiosityError(
-            f"{where}: expected four corners one after the other around an area, found a shape that "
-            f"{'crosses itself' if np.count_nonzero(turns < 0) > 1 else 'encloses none'}"
-        )
-    height = float(np.ptp((corners - corners[0]) @ (vector / area)))
-    if height > NOT_FLAT * size:
-        raise RadiosityError(f"{where}: expected four corners in one plane, found one that is {height:g} m off it")
-
-
-def _check_normal(rectangle: Rectangle, where: str) -> None:
-    """Refuse normals that do not stand on the rectangle."""
-    vector = _area_vector(rectangle.corners)
-    length = float(np.linalg.norm(rectangle.normal)) * float(np.linalg.norm(vector))
-    if abs(float(vector @ rectangle.normal)) <= ASKEW * length:
-        unit = vector / np.linalg.norm(vector)
-        raise RadiosityError(
-            f"{where}: expected a normal at right angles to the rectangle, {_listed(unit)} or its opposite, "
-            f"found {_listed(rectangle.normal)}"
-        )
-
-
-def _area_vector(corners: FloatArray) -> FloatArray:
-    """Return the vector area of a quadrilateral [m^2]."""
-    return np.asarray(0.5 * np.cross(corners[2] - corners[0], corners[3] - corners[1]))
-
-
-def _towards_normal(rectangle: Rectangle) -> FloatArray:
-    """Return the corners counter-clockwise as seen from where the normal points."""
-    against = float(_area_vector(rectangle.corners) @ rectangle.normal) < 0
-    return rectangle.corners[::-1] if against else rectangle.corners
-
-
-def _listed(values: FloatArray) -> str:
-    """Return numbers as they are written in the file, rounded."""
-    return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
