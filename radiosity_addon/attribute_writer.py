@@ -221,8 +221,9 @@ def _leave_modes_with_own_undo() -> None:
         if obj.type == 'MESH' and obj.mode in OWN_UNDO:  # leaving Edit Mode with one object leaves it with all
             with bpy.context.temp_override(object=obj, active_object=obj):
                 bpy.ops.object.mode_set(mode='OBJECT')
-                # Called from an operator it leaves no step to go back to.
-                bpy.ops.ed.undo_push(message="Object Mode")
+                # Called from an operator it leaves no step to go back to; without a window there are no steps.
+                if bpy.ops.ed.undo_push.poll():
+                    bpy.ops.ed.undo_push(message="Object Mode")
 
 
 def _store(mesh: bpy.types.Mesh, name: str, domain: str, colors: FloatArray) -> None:
