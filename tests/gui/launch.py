@@ -22,7 +22,8 @@ SIZE = (1600, 900)
 
 def missing() -> str:
     """Tell which programs this machine lacks; empty when it has all."""
-    programs = {"Blender": blender(), "Xvfb": shutil.which("Xvfb"), "xdotool": shutil.which("xdotool")}
+    programs = {"Blender": blender(), "ImageMagick's import": shutil.which("import")}
+    programs |= {name: shutil.which(name) for name in ("Xvfb", "xdotool")}
     return ", ".join(name for name, path in programs.items() if not path)
 
 
@@ -64,7 +65,8 @@ def run(folder: Path, blend: Path, timeout: float = 400.0) -> dict[str, Any]:
         ):
             subprocess.run([program, "--command", "extension", *arguments], env=env, check=True, timeout=timeout)
         play = Path(__file__).with_name("press_bake.py")
-        command = [program, "-p", "0", "0", str(SIZE[0]), str(SIZE[1]), str(blend), "--python", str(play), "--", str(folder)]
+        place = ["-p", "0", "0", str(SIZE[0]), str(SIZE[1])]
+        command = [program, *place, str(blend), "--python", str(play), "--", str(folder)]
         with (folder / "blender.log").open("w") as log:
             subprocess.run(command, env=env, stdout=log, stderr=subprocess.STDOUT, timeout=timeout, check=False)
     if not result.is_file():

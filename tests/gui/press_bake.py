@@ -14,6 +14,7 @@ from collections.abc import Callable, Generator
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 PATIENCE = 120.0  # seconds that anything may take
@@ -117,11 +118,26 @@ def press(operator: str) -> Steps:
 
 
 def screenshot(name: str) -> Steps:
+    """Keep what is on the screen, not what Blender believes to have drawn."""
     viewport().tag_redraw()
-    yield 0.5
-    with bpy.context.temp_override(window=window(), screen=window().screen):
-        bpy.ops.screen.screenshot(filepath=str(FOLDER / name))
-    check((FOLDER / name).is_file(), f"screenshot {name}")
+    yield 1.0
+    subprocess.run(["import", "-window", "root", str(FOLDER / name)], check=True)
+
+
+def shown(name: str) -> dict[str, float]:
+    """Return how much of the viewport on a screenshot is clearly red and how much clearly green."""
+    image = bpy.data.images.load(str(FOLDER / name))
+    width, height = image.size
+    pixels = np.zeros(width * height * 4, dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    bpy.data.images.remove(image)
+    view, side = region('WINDOW'), region('UI')
+    picture = pixels.reshape(height, width, 4)[view.y : view.y + view.height, view.x : side.x, :3]
+    red, green, blue = np.moveaxis(picture, -1, 0)
+    return {
+        "red": float(((red > 2 * green) & (red > 2 * blue) & (red > 0.1)).mean()),
+        "green": float(((green > 2 * red) & (green > 2 * blue) & (green > 0.1)).mean()),
+    }
 
 
 def running() -> bool:
@@ -145,6 +161,8 @@ def play() -> Steps:
     colors = bpy.context.scene.objects[0].data.color_attributes
     check(colors.active_color.name == "Radiosity", "the colors are active")
     yield from screenshot("baked.png")
+    colored = shown("baked.png")
+    check(min(colored.values()) > 0.02, f"the red and the green wall are seen ({colored})")
 
     yield from key("ctrl+z")
     yield from wait(lambda: not any(lit()), "one undo takes all of them back")
