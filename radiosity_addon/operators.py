@@ -163,11 +163,14 @@ def figures(report: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _redraw(wm: bpy.types.WindowManager) -> None:
-    """Draw the sidebars again, where the progress bar is."""
+    """Draw the sidebars again, where the progress bar is; the views beside them would cost far more."""
     for window in wm.windows:
         for area in window.screen.areas:
-            if area.type == 'VIEW_3D':
-                area.tag_redraw()
+            if area.type != 'VIEW_3D':
+                continue
+            for region in area.regions:
+                if region.type == 'UI':
+                    region.tag_redraw()
 
 
 register, unregister = bpy.utils.register_classes_factory((RADIOSITY_OT_bake,))
