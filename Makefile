@@ -18,7 +18,7 @@ PYTHON = $(VENV)/bin/python
 EXTENSION_TOOL = $(PYTHON) -c "import sys, bpy, bl_pkg; sys.exit(bl_pkg.cli_extension(sys.argv[1:]))"
 
 .DEFAULT_GOAL := help
-.PHONY: help venv bake test coverage lint build examples benchmark clean
+.PHONY: help venv bake test coverage lint build examples pictures table benchmark clean
 
 help:                ## this list
 	@sed -n 's/^\([a-z]*\):.*## */  make \1 — /p' $(MAKEFILE_LIST)
@@ -53,8 +53,14 @@ examples: VENV = .venv-4.2
 examples: venv       ## make example_blends/*.blend anew
 	$(PYTHON) example_blends/make_examples.py
 
-benchmark: venv  ## the thesis's table, ours beside it
-	$(PYTHON) tests/benchmarks/thesis_table.py
+pictures: venv       ## bake the examples and draw example_blends/pictures/
+	$(PYTHON) example_blends/make_pictures.py
+
+table: venv          ## the thesis's table, our times beside its own
+	$(PYTHON) -m tests.benchmarks.thesis_table
+
+benchmark: venv      ## error against time, ours and Cycles'; another one with ARGS=growth or ARGS=race
+	$(PYTHON) -m tests.benchmarks $(or $(ARGS),cycles)
 
 clean:               ## remove what was made, the virtual environments included
 	rm -rf build dist .venv .venv-*
