@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
 from ..core.exposure import automatic_exposure, expose
-from .scene_reader import rendered_objects, world_matrix
+from .rendered import rendered_objects
+from .scene_reader import world_matrix
 
 # Copies are told from each other by name, whatever kind they are; Blender numbers those that are already taken.
 _SCENE, _CAMERA, _OBJECT = "radiosity-scene", "radiosity-camera", "radiosity-object"

@@ -8,8 +8,9 @@ from mathutils.kdtree import KDTree
 from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
+from ..core.rectangles import EMITTER, SURFACE, Rectangle
 from ..core.scene import Scene
-from ..core.scene_text import EMITTER, SURFACE, Rectangle, write_scene_text
+from ..core.scene_text import write_scene_text
 from .text_import import AXES
 
 SAME_PLACE = 1e-3  # of a cell's size: how far off its place in the grid a face may be

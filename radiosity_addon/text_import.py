@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.rectangles import Rectangle, rectangles_to_scene
 from ..core.scene import Scene
-from ..core.scene_text import Rectangle, rectangles_to_scene
 from .camera import fit_camera
 
 # Where the file's axes go, one a column: as they are, or y upwards as OpenGL has it (and so the thesis) to Blender's z.
