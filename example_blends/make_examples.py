@@ -238,8 +238,8 @@ EXAMPLES: dict[str, Callable[[], None]] = {
 }
 
 
-def make(name: str) -> Path:
-    """Make one example in a new file and save it beside this script."""
+def make(name: str, folder: Path = FOLDER) -> Path:
+    """Make one example in a new file and save it, beside this script if nothing else is said."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.preferences.filepaths.save_version = 0
     scene = bpy.context.scene
@@ -248,7 +248,7 @@ def make(name: str) -> Path:
     scene.cycles.samples = 256
     scene.view_settings.view_transform = 'Standard'
     EXAMPLES[name]()
-    path = FOLDER / f"{name}.blend"
+    path = folder / f"{name}.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
     meshes = [obj.data for obj in scene.objects if obj.type == 'MESH']
     vertices, faces = (sum(len(getattr(mesh, what)) for mesh in meshes) for what in ("vertices", "polygons"))

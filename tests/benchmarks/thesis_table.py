@@ -24,8 +24,7 @@ THESIS = {
     4: (10496, 336.688, 534.096),
     5: (16400, 878.201, 1359.861),
 }
-
-HEAD = ["patches", "form factors, thesis [s]", "ours [s]", "whole, thesis [s]", "ours [s]", "ratio", "peak memory [GiB]"]
+HEAD = ("patches", "form factors, thesis [s]", "ours [s]", "whole, thesis [s]", "ours [s]", "ratio", "memory [GiB]")
 
 
 def measure(factor: int) -> dict[str, Any]:
