@@ -112,8 +112,8 @@ def join(scene: Scene, flat: Bools, diagonal: float) -> Joined:
     n_faces = np.bincount(groups.of[member], minlength=n_groups)
     n_corners = np.bincount(loops.group[loops.corner_loop()], minlength=n_groups)
     after = loops.following()
-    first_loop = np.searchsorted(loops.group, np.arange(n_groups + 1))
-    for group in np.flatnonzero(sound & ~done & (n_corners <= np.minimum(2 * n_faces, MOST_CORNERS))):
+    first_loop: Ints = np.searchsorted(loops.group, np.arange(n_groups + 1))
+    for group in map(int, np.flatnonzero(sound & ~done & (n_corners <= np.minimum(2 * n_faces, MOST_CORNERS)))):
         part = slice(loops.start[first_loop[group]], loops.start[first_loop[group + 1]])
         cut = trapezoids(points[part], points[after[part]], STRAIGHT * diagonal)
         if len(cut) < n_faces[group] and abs(_area(cut) - area[group]) <= SAME_AREA * area[group]:

@@ -73,7 +73,7 @@ def edge_runs(tail: Ints, head: Ints, group: Ints | None = None) -> tuple[Ints, 
     first : ndarray of shape (e,)
         Where in that order a new pair of vertices begins.
     """
-    stride = max(int(tail.max(initial=0)), int(head.max(initial=0))) + 1
+    stride = int(np.max(np.append(tail, head), initial=0)) + 1
     key = np.minimum(tail, head) * stride + np.maximum(tail, head)
     order = np.argsort(key, kind="stable") if group is None else np.lexsort((key, group))
     first = np.diff(key[order], prepend=-1) != 0
@@ -114,7 +114,7 @@ def outlines(tail: Ints, head: Ints, group: Ints, n_groups: int) -> tuple[Loops,
     touch = (tail[by_tail][1:] == tail[by_tail][:-1]) & (group[by_tail][1:] == group[by_tail][:-1])
     sound[group[by_tail][1:][touch]] = False
     edges = by_tail[sound[group[by_tail]]]
-    stride = int(max(tail.max(initial=0), head.max(initial=0))) + 1
+    stride = int(np.max(np.append(tail, head), initial=0)) + 1
     start_key, end_key = group[edges] * stride + tail[edges], group[edges] * stride + head[edges]
     after = np.searchsorted(start_key, end_key)
     loop, rank = _along(after)

@@ -31,6 +31,10 @@ CHILDREN = 12
 CHUNK = 1024
 # Segments that go down together; more make the leaves' share of Python's overhead smaller, until memory is slow.
 STREAM = 1 << 17
+# Planes of the scene's walls that segments are compared with first: the cost of a box.
+WALLS = 8
+# Heights over two planes that differ by no more are heights over one.
+_SAME_PLANE = 0.2 * MARGIN
 # Half lengths below this are parallel to an axis.
 _PARALLEL = 1e-9
 
@@ -59,12 +63,15 @@ class _Node:
 
 
 class StreamOccluders:
-    """Segments inside the scene against its surfaces, in NumPy.
+    """Segments against surfaces, many at a time.
+
+    Surfaces in whose plane the scene ends, such as the walls of a room, block only segments that leave the scene. So
+    they wait in a tree of their own, and a segment is let through to it when one of its ends is behind such a wall.
 
     Parameters
     ----------
     occluding : Occluding
-        Surfaces that block; walls that the whole scene lies on one side of are left out.
+        Surfaces that block.
     """
 
     def __init__(self, occluding: Occluding) -> None:
@@ -72,22 +79,34 @@ class StreamOccluders:
         # Single precision wants the scene at the origin and of the size of one.
         self._size = occluding.diagonal
         self._centre = 0.5 * (points.min(axis=0) + points.max(axis=0)) if len(points) else np.zeros(3)
-        keep = ~never_block(points, occluding.triangles, MARGIN * self._size)
-        corners = ((points - self._centre) / self._size)[occluding.triangles[keep]]
-        margin = MARGIN + np.broadcast_to(occluding.slack, len(keep))[keep] / self._size
-        self._root = _planted(corners, margin)
+        corners = ((points - self._centre) / self._size)[occluding.triangles]
+        margin = MARGIN + np.broadcast_to(occluding.slack, len(corners)) / self._size
+        self._walls, outer = _walls(corners, never_block(points, occluding.triangles, MARGIN * self._size))
+        self._inner = _planted(corners[~outer], margin[~outer])
+        self._outer = _planted(corners[outer], margin[outer])
 
     def blocked(self, origins: Floats, targets: Floats) -> Bools:
-        """Return for each segment between points of the scene whether a surface crosses it; see `Occluders`."""
+        """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
         result = np.zeros(len(origins), dtype=bool)
-        if self._root is not None:
+        # What is level with a plane divides by nothing, but then it does not cross it.
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             for first in range(0, len(origins), STREAM):
                 part = slice(first, first + STREAM)
                 segments = self._segments(origins[part], targets[part])
-                # What is level with a plane divides by nothing, but then it is not across.
-                with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                    _descend(self._root, segments, np.arange(segments.shape[1]), result[part])
+                if self._inner is not None:
+                    _descend(self._inner, segments, np.arange(segments.shape[1]), result[part])
+                leaving = self._leaving(segments)
+                if self._outer is not None and len(leaving):
+                    _descend(self._outer, segments.take(leaving, axis=1), leaving, result[part])
         return result
+
+    def _leaving(self, segments: Singles) -> Ints:
+        """Return the segments that have an end behind a wall of the scene."""
+        behind = [
+            (self._walls @ chunk[:4] + np.abs(self._walls[:, :3] @ chunk[4:7]) > 0.5 * MARGIN).any(axis=0)
+            for _, chunk in _chunks(segments)
+        ]
+        return np.flatnonzero(np.concatenate([*behind, np.zeros(0, dtype=bool)]))
 
     def _segments(self, origins: Floats, targets: Floats) -> Singles:
         """Return middles with a 1, half vectors, their inverses, and middles times inverses, shape (13, m)."""
@@ -95,7 +114,7 @@ class StreamOccluders:
         segments = np.ones((13, len(a)), dtype=np.float32)
         segments[:3] = (0.5 * (a + b)).T
         segments[4:7] = (0.5 * (b - a)).T
-        if isinstance(self._root, _Node):
+        if isinstance(self._inner, _Node) or isinstance(self._outer, _Node):
             half = segments[4:7]
             np.divide(1.0, np.where(np.abs(half) < _PARALLEL, np.float32(_PARALLEL), half), out=segments[7:10])
             np.multiply(segments[:3], segments[7:10], out=segments[10:])
@@ -184,6 +203,41 @@ def _triangles_hit(leaf: _Leaf, segments: Singles) -> Bools:
     return np.asarray(hit.any(axis=0))
 
 
+def _walls(corners: Floats, never: Bools) -> tuple[Singles, Bools]:
+    """Return the planes in which the scene ends and which triangles lie in them.
+
+    Parameters
+    ----------
+    corners : ndarray of shape (t, 3, 3)
+    never : ndarray of shape (t,)
+        Triangles that have the whole scene on one side.
+
+    Returns
+    -------
+    planes : ndarray of shape (k, 4)
+        Linear functions of (x, y, z, 1): the height outside. Of many planes, as round a ball, the largest.
+    outer : ndarray of shape (t,)
+        The triangles in those planes; some of `never`.
+    """
+    chosen = np.flatnonzero(never)
+    a, b, c = (corners[chosen, k] for k in range(3))
+    vector = np.cross(b - a, c - a)
+    size = np.linalg.norm(vector, axis=1)
+    normal = vector / size[:, None]
+    height = (normal * (corners.reshape(-1, 3).mean(axis=0) - a)).sum(axis=1) if len(chosen) else size
+    outward = -np.sign(height)[:, None] * normal
+    function = np.column_stack([outward, -(outward * a).sum(axis=1)])
+    # A flat scene has no inside.
+    deep = np.abs(height) > MARGIN
+    chosen, function, size = chosen[deep], function[deep], size[deep]
+    _, first, plane = np.unique(np.round(function / _SAME_PLANE), axis=0, return_index=True, return_inverse=True)
+    plane = plane.reshape(-1)
+    largest = np.argsort(-np.bincount(plane, weights=size), kind="stable")[:WALLS]
+    outer = np.zeros(len(corners), dtype=bool)
+    outer[chosen[np.isin(plane, largest)]] = True
+    return function[first[largest]].astype(np.float32), outer
+
+
 def _planted(corners: Floats, margin: Floats) -> _Node | _Leaf | None:
     """Return a tree over triangles (t, 3, 3), with parallelograms where two that follow each other make one."""
     if len(corners) == 0:
@@ -253,16 +307,14 @@ def _grown(polygons: _Polygons, members: Ints) -> _Node | _Leaf:
     """Return a tree over some of the polygons."""
     if len(members) <= LEAF:
         return _leaf(polygons, members)
-    # The heaviest part is split until there are enough.
-    groups = [members]
-    while len(groups) < CHILDREN:
-        weight = [_weight(polygons, group) if len(group) > LEAF else -1.0 for group in groups]
-        heaviest = int(np.argmax(weight))
-        if weight[heaviest] < 0:
-            break
-        groups[heaviest : heaviest + 1] = _split(polygons, groups[heaviest])
-    # What blocks most comes first: the segments that it blocks need not look further.
-    groups.sort(key=lambda group: -_weight(polygons, group))
+    # The heaviest part is split until there are enough. What blocks most comes first: the segments that it blocks need
+    # not look further.
+    parts = [(_weight(polygons, members), members)]
+    while len(parts) < CHILDREN and any(len(group) > LEAF for _, group in parts):
+        heaviest = next(k for k, (_, group) in enumerate(parts) if len(group) > LEAF)
+        parts += [(_weight(polygons, group), group) for group in _split(polygons, parts.pop(heaviest)[1])]
+        parts.sort(key=lambda part: -part[0])
+    groups = [group for _, group in parts]
     low = np.array([polygons.low[group].min(axis=0) for group in groups], dtype=np.float32)
     high = np.array([polygons.high[group].max(axis=0) for group in groups], dtype=np.float32)
     return _Node(low, high, [_grown(polygons, group) for group in groups])

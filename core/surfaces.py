@@ -38,7 +38,7 @@ PLANAR = 1e-6
 # Twice the area over the squared length of a triangle that is only rounding.
 _NOTHING = 1e-14
 # Multiplications that looking for what cannot block may take.
-_EFFORT = 2e8
+_EFFORT = 3e7
 
 
 @dataclass(frozen=True, eq=False)

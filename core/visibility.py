@@ -26,8 +26,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# Triangles from which Blender's tree is faster to build and to ask.
-MANY = 100_000
+# Streams want segments: half as many as there are triangles, measured. For more triangles than this, the tree of the
+# streams takes too long to grow, ten times as long as Blender's.
+FEW = 0.5
+MANY = 300_000
 # Pairs of segment and triangle that are looked at together.
 _PAIRS = 200_000
 
@@ -51,8 +53,8 @@ class Occluders(Protocol):
         ...
 
 
-def scene_occluders(scene: Scene, patches: Patches) -> Occluders:
-    """Return the fastest occluders there are for a scene.
+def scene_occluders(scene: Scene, patches: Patches) -> SurfaceOccluders:
+    """Return what blocks light in a scene.
 
     Parameters
     ----------
@@ -62,16 +64,39 @@ def scene_occluders(scene: Scene, patches: Patches) -> Occluders:
 
     Returns
     -------
-    Occluders
-        In NumPy for all but very large scenes, where Blender's own tree is faster, if it can be imported.
+    SurfaceOccluders
     """
-    occluding = occluder_polygons(scene, patches)
-    if len(occluding.triangles) >= MANY:
+    return SurfaceOccluders(occluder_polygons(scene, patches))
+
+
+class SurfaceOccluders:
+    """Streams of segments where there are many of them, Blender's tree for the rest: whatever is faster.
+
+    Parameters
+    ----------
+    occluding : Occluding
+        Surfaces that block.
+    """
+
+    def __init__(self, occluding: Occluding) -> None:
+        count = len(occluding.triangles)
+        self._single: BVHOccluders | BruteForceOccluders
         try:
-            return BVHOccluders(occluding)
+            self._single, self._fewest = BVHOccluders(occluding), FEW * count
         except ModuleNotFoundError:
-            pass
-    return StreamOccluders(occluding)
+            # Outside Blender there are streams for everything, except for what is nearest.
+            self._single, self._fewest, count = BruteForceOccluders(occluding), 0.0, 0
+        self._stream = StreamOccluders(occluding) if count <= MANY else None
+
+    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+        """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
+        if self._stream is not None and len(origins) >= self._fewest:
+            return self._stream.blocked(origins, targets)
+        return self._single.blocked(origins, targets)
+
+    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
+        """Return face, distance and side of what rays hit first; see `BruteForceOccluders.nearest`."""
+        return self._single.nearest(origins, directions)
 
 
 class BruteForceOccluders:
