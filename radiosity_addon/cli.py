@@ -98,8 +98,6 @@ def _run(options: argparse.Namespace, settings: Settings) -> None:
     for path in files.values():
         check_output(path)
     source, settings = _open(options.input, settings)
-    if files.get("report") == source:
-        raise RadiosityError(f"--report would overwrite the input {source}: name another file")
 
     bake = _bake(settings, options.attribute, options.domain)
     stops = _write(files, bake.report, options)

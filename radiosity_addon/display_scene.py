@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
 from ..core.exposure import automatic_exposure, expose
+from .materials import read_material
 from .rendered import rendered_objects
 from .scene_reader import world_matrix
+from .unlit import unlit_materials
 
 # Copies are told from each other by name, whatever kind they are; Blender numbers those that are already taken.
 _SCENE, _CAMERA, _OBJECT = "radiosity-scene", "radiosity-camera", "radiosity-object"
-_MESH, _MATERIAL = "radiosity-mesh", "radiosity-material"
+_MESH = "radiosity-mesh"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +60,7 @@ class _Part:
     materials: tuple[bpy.types.Material | None, ...]
     colors: NDArray[np.float64]
     domain: str
+    emitting: NDArray[np.bool_]
 
 
 @contextmanager
@@ -105,11 +108,12 @@ def display_scene(
             names[camera.name] = source.camera.name
             scene.collection.objects.link(camera)
             scene.camera = camera
-        materials = _show_materials(parts, attribute, see_through, made)
+        sources = [material for part in parts for material in part.materials]
+        materials = unlit_materials(sources, attribute, see_through, made)
         names.update({copy.name: name or attribute for name, copy in materials.items()})
         objects = []
         for part in parts:
-            _show_colors(part, attribute, stops, [materials[m.name if m else None] for m in part.materials])
+            _show_colors(part, attribute, stops, [materials[m.name_full if m else None] for m in part.materials])
             objects.append(_place(part, scene, made))
             names[part.mesh.name] = part.mesh_name
             names[objects[-1].name] = part.name
@@ -136,15 +140,39 @@ def _read_parts(depsgraph: bpy.types.Depsgraph, attribute: str, made: list[bpy.t
             continue  # modifiers have left nothing of it
         colors = np.zeros(len(baked.data) * 4, np.float32)
         baked.data.foreach_get("color", colors)
+        materials = tuple(slot.material for slot in obj.material_slots) or (None,)
         yield _Part(
             name=obj.name,
             mesh_name=obj.data.name,
             mesh=mesh,
             matrix=Matrix(world_matrix(obj, depsgraph).tolist()),
-            materials=tuple(slot.material for slot in obj.material_slots) or (None,),
+            materials=materials,
             colors=colors.reshape(-1, 4)[:, :3].astype(np.float64),
             domain=baked.domain,
+            emitting=_emitting(mesh, materials, baked.domain),
         )
+
+
+def _emitting(mesh: bpy.types.Mesh, materials: tuple[bpy.types.Material | None, ...], domain: str) -> NDArray[np.bool_]:
+    """Return which corners or vertices belong to lamps, which need not be shown below white."""
+    shines = np.array([read_material(material).emission.any() for material in materials])
+    faces = shines[_slots(mesh, len(materials))]
+    sizes, vertices = np.zeros(len(mesh.polygons), np.int32), np.zeros(len(mesh.loops), np.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    corners = np.repeat(faces, sizes)
+    if domain == 'CORNER':
+        return corners
+    mesh.loops.foreach_get("vertex_index", vertices)
+    emitting = np.zeros(len(mesh.vertices), bool)
+    emitting[vertices[corners]] = True
+    return emitting
+
+
+def _slots(mesh: bpy.types.Mesh, count: int) -> NDArray[np.int32]:
+    """Return the material slot of each face; as in Blender, what is beyond the last is in the last."""
+    slots = np.zeros(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("material_index", slots)
+    return np.clip(slots, 0, count - 1)
 
 
 def _choose_stops(scene: bpy.types.Scene, parts: list[_Part], exposure: float | None) -> float:
@@ -153,7 +181,8 @@ def _choose_stops(scene: bpy.types.Scene, parts: list[_Part], exposure: float | 
         return exposure
     if scene.view_settings.exposure != 0.0:
         return float(scene.view_settings.exposure)
-    return automatic_exposure(np.concatenate([part.colors for part in parts]))
+    colors, emitting = (np.concatenate([getattr(part, name) for part in parts]) for name in ("colors", "emitting"))
+    return automatic_exposure(colors, emitting)
 
 
 def _copy_frame(source: bpy.types.RenderSettings, target: bpy.types.RenderSettings) -> None:
@@ -171,55 +200,15 @@ def _copy_camera(depsgraph: bpy.types.Depsgraph, made: list[bpy.types.ID]) -> bp
     return camera
 
 
-def _show_materials(
-    parts: list[_Part], attribute: str, see_through: bool, made: list[bpy.types.ID]
-) -> dict[str | None, bpy.types.Material]:
-    """Make one unlit material for each of the user's, by name, and one for faces without any, by None."""
-    copies: dict[str | None, bpy.types.Material] = {}
-    for source in (material for part in parts for material in part.materials):
-        name = source.name if source else None
-        if name not in copies:
-            copies[name] = bpy.data.materials.new(_MATERIAL)
-            made.append(copies[name])
-            copies[name].use_backface_culling = bool(source and source.use_backface_culling)
-            _show_attribute(copies[name], attribute, see_through)
-    return copies
-
-
-def _show_attribute(material: bpy.types.Material, attribute: str, see_through: bool) -> None:
-    """Let a material show a color attribute, whatever light falls on it.
-
-    A color that goes straight into the surface is what the glTF exporter takes for KHR_materials_unlit, and what Cycles
-    takes for emission of that radiance; an Emission node in between would make the exporter write white.
-    """
-    if material.node_tree is None:
-        material.use_nodes = True
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    nodes.clear()
-    output = nodes.new('ShaderNodeOutputMaterial')
-    shown = nodes.new('ShaderNodeVertexColor')
-    shown.layer_name = attribute
-    surface = shown.outputs["Color"]
-    if see_through:
-        # Cycles knows culling only as nodes; the exporter would not understand them.
-        mix = nodes.new('ShaderNodeMixShader')
-        links.new(nodes.new('ShaderNodeNewGeometry').outputs["Backfacing"], mix.inputs[0])
-        links.new(surface, mix.inputs[1])
-        links.new(nodes.new('ShaderNodeBsdfTransparent').outputs["BSDF"], mix.inputs[2])
-        surface = mix.outputs["Shader"]
-    links.new(surface, output.inputs["Surface"])
-
-
 def _show_colors(part: _Part, attribute: str, stops: float, materials: list[bpy.types.Material]) -> None:
     """Leave a mesh one color attribute, ready for a display, and give it the materials that show it."""
     mesh = part.mesh
     # Changing the list of slots sets every face to the first.
-    slots = np.zeros(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("material_index", slots)
+    slots = _slots(mesh, len(materials))
     mesh.materials.clear()
     for material in materials:
         mesh.materials.append(material)
-    mesh.polygons.foreach_set("material_index", np.clip(slots, 0, len(materials) - 1))
+    mesh.polygons.foreach_set("material_index", slots)
 
     for name in [layer.name for layer in mesh.color_attributes]:
         mesh.color_attributes.remove(mesh.color_attributes[name])

@@ -138,6 +138,22 @@ def test_exposure_is_what_is_asked_for_or_the_scenes_or_automatic(blender, scene
     np.testing.assert_allclose(colors[:, 0, :3], light / 4.0, atol=1.0 / 65535.0)
 
 
+@pytest.mark.parametrize("domain", ['POINT', 'CORNER'])
+def test_the_automatic_exposure_is_not_for_the_lamps(blender, scene, gltf, glb, tmp_path, domain):
+    for name, light in (("Wall", 0.1), ("Lamp", 50.0)):
+        mesh = add_grid(blender, scene, domain, name, slots=(name,)).data
+        layer = mesh.color_attributes["Radiosity"]
+        layer.data.foreach_set("color", np.full(4 * len(layer.data), light, np.float32))
+    lamp = blender.data.materials["Lamp"]
+    if lamp.node_tree is None:
+        lamp.use_nodes = True
+    lamp.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 50.0
+    gltf.export_glb(tmp_path / "a.glb", depsgraph(blender))
+    shown = {p.mesh: p.colors[..., :3].max() for p in glb.mesh_primitives(glb.read_glb(tmp_path / "a.glb"))}
+    assert shown["Lamp mesh"] == 1.0
+    assert 0.5 < shown["Wall mesh"] < 1.0
+
+
 def test_only_what_was_baked_and_renders_is_exported_with_the_camera(blender, scene, gltf, glb, tmp_path):
     add_grid(blender, scene, 'CORNER', "Seen")
     add_grid(blender, scene, 'CORNER', "Hidden").hide_render = True
