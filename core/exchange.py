@@ -6,13 +6,15 @@ time, so that every step is arithmetic on small dense blocks and visibility is d
 
 - far pairs: the mean of the kernel cos cos / (pi r^2) over eight pairs of points, exact to the third order; each pair
   of points is tested for visibility by itself, so that what is near and what is visible are integrated together;
-- pairs closer than `NEAR` times their radii: Lambert's exact factor from points of the smaller patch to the whole of the
-  larger one, times the visible share of the eight pairs.
+- pairs closer than `NEAR` times their radii: Lambert's exact factor from points of the smaller patch to the whole of
+  the larger one, times the visible share;
+- pairs that much light goes between, where something could stand in the way: the visible share of many segments.
 
 A F is symmetric by reciprocity, so every pair of groups is computed once.
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +31,7 @@ FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+AnyFloat = TypeVar("AnyFloat", FloatArray, SingleArray)
 
 # Centre distance over the sum of both radii below which eight pairs of points are not enough, and patches may touch.
 NEAR, TOUCHING = 3.0, 1.1
@@ -126,8 +129,8 @@ def exchange(
     )
 
 
-def block(x: Exchange, i: IntArray, j: IntArray) -> FloatArray | None:
-    """Return A_i F_ij between two groups of patches.
+def block(x: Exchange, i: IntArray, j: IntArray) -> tuple[FloatArray | None, int]:
+    """Compute A_i F_ij between two groups of patches.
 
     Parameters
     ----------
@@ -137,38 +140,56 @@ def block(x: Exchange, i: IntArray, j: IntArray) -> FloatArray | None:
 
     Returns
     -------
-    ndarray of shape (m, k) or None
+    exchanged : ndarray of shape (m, k) or None
         [m^2]; None when no patch of one group faces any of the other.
+    segments : int
+        How many were tested for visibility.
     """
     kernel = _kernel(x, i, j)
     if kernel is None:
-        return None
+        return None, 0
     # The pairs of points are part of all q x q.
     scale = x.points.shape[1] ** 2 / (len(x.of_i) * np.pi) * x.size**2
     whole = scale * kernel.sum(axis=0, dtype=np.float64)
     # A patch does not see itself, though the points of a bent one may.
     whole[i[:, None] == j] = 0.0
     close = _close(x, i, j) & (whole > 0.0)
-    inside = None if x.blockers is None else between(_cloud(x, i), _cloud(x, j), x.blockers)
-    if x.occluders is None or (inside is not None and not len(inside)):
-        share = np.ones_like(whole)
-    elif x.blockers is not None and inside is not None and len(inside) <= FEW:
-        kernel[hidden(x.blockers, inside, _meeting(x, i, x.of_i), _meeting(x, j, x.of_j))] = 0.0
-        share = scale * kernel.sum(axis=0, dtype=np.float64) / np.where(whole > 0.0, whole, 1.0)
-        area = np.minimum(x.patches.area[i][:, None], x.patches.area[j])
-        rows, columns = np.nonzero((whole > LARGE * area) & (x.near > 0.0))
-        share[rows, columns] = _look_again(x, i[rows], j[columns], inside)
-    else:
-        share = _visible_share(x, i, j, whole > 0.0, close)
+    share, segments = _visible_share(x, i, j, kernel, whole, close)
     rows, columns = np.nonzero(close & (share > 0.0))
     whole[rows, columns] = _exact(x, i[rows], j[columns])
-    return np.asarray(whole * share)
+    return np.asarray(whole * share), segments
+
+
+def _visible_share(
+    x: Exchange, i: IntArray, j: IntArray, kernel: SingleArray, whole: FloatArray, close: BoolArray
+) -> tuple[FloatArray, int]:
+    """Return the visible share of all pairs, shape (m, k), and how many segments were tested for it.
+
+    `kernel` is used up.
+    """
+    if x.occluders is None:
+        return np.ones_like(whole), 0
+    if x.blockers is None:
+        return _share_by_rays(x, i, j, whole > 0.0, close)
+    inside = between(_cloud(x, i), _cloud(x, j), x.blockers)
+    if not len(inside):
+        return np.ones_like(whole), 0
+    if len(inside) > FEW:
+        return _share_by_rays(x, i, j, whole > 0.0, close)
+    total = kernel.sum(axis=0)
+    kernel[hidden(x.blockers, inside, _meeting(x, i, x.of_i), _meeting(x, j, x.of_j))] = 0.0
+    share = kernel.sum(axis=0, dtype=np.float64) / np.where(total > 0.0, total, 1.0)
+    area = np.minimum(x.patches.area[i][:, None], x.patches.area[j])
+    rows, columns = np.nonzero((whole > LARGE * area) & (x.near > 0.0))
+    share[rows, columns] = _look_again(x, x.blockers, inside, i[rows], j[columns])
+    return share, kernel.size + LOOKS * len(rows)
 
 
 def _kernel(x: Exchange, i: IntArray, j: IntArray) -> SingleArray | None:
-    """Return cos cos / r^2 times both areas for each pair of points, shape (s, m, k); lengths are shares of the scene's.
+    """Return cos cos / r^2 times both areas for each pair of points, shape (s, m, k).
 
-    Single precision is enough: places are taken from the middle of the block.
+    Lengths are shares of the scene's size and places are taken from the middle of the block, so that single precision
+    is enough.
     """
     origin = x.patches.centre[i].mean(axis=0)
     p, q = (((_meeting(x, *of) - origin) / x.size).astype(np.float32) for of in ((i, x.of_i), (j, x.of_j)))
@@ -195,14 +216,15 @@ def _heights(points: SingleArray, normals: FloatArray, offsets: FloatArray) -> S
     return np.asarray(np.maximum(height, 0.0, out=height))
 
 
-def _squared_distances(p: SingleArray, q: SingleArray) -> SingleArray:
+def _squared_distances(p: AnyFloat, q: AnyFloat) -> AnyFloat:
     """Return the squared distances of points p (..., m, 3) and q (..., k, 3), shape (..., m, k)."""
     # One product of matrices: p.p - 2 p.q + q.q.
     of_p = np.square(p).sum(axis=-1, keepdims=True)
     of_q = np.square(q).sum(axis=-1, keepdims=True)
     left = np.concatenate((-2 * p, of_p, np.ones_like(of_p)), axis=-1)
     right = np.concatenate((q, np.ones_like(of_q), of_q), axis=-1)
-    return np.asarray(left @ right.swapaxes(-1, -2))
+    squared: AnyFloat = left @ right.swapaxes(-1, -2)
+    return squared
 
 
 def _close(x: Exchange, i: IntArray, j: IntArray) -> BoolArray:
@@ -244,7 +266,7 @@ def _cut(x: Exchange, i: IntArray, j: IntArray) -> BoolArray:
     return np.asarray((height.min(axis=1) < -least) & (height.max(axis=1) > least))
 
 
-def _look_again(x: Exchange, i: IntArray, j: IntArray, inside: IntArray) -> FloatArray:
+def _look_again(x: Exchange, blockers: Blockers, inside: IntArray, i: IntArray, j: IntArray) -> FloatArray:
     """Return the visible share of pairs of patches, shape (p,), weighted by how much light goes each way."""
     share = np.zeros(len(i))
     places = spread_points(LOOKS, 4)
@@ -258,23 +280,27 @@ def _look_again(x: Exchange, i: IntArray, j: IntArray, inside: IntArray) -> Floa
         weight *= np.maximum(-(normal[of_j][:, None] * way).sum(axis=2), 0.0)
         weight *= stretch_i * stretch_j / np.maximum(np.square(way).sum(axis=2), (ROUNDING * x.size) ** 2) ** 2
         total = weight.sum(axis=1)
-        weight[hidden_pairs(x.blockers, inside, p, q)] = 0.0
+        weight[hidden_pairs(blockers, inside, p, q)] = 0.0
         share[first : first + 256] = weight.sum(axis=1) / np.where(total > 0.0, total, 1.0)
     return share
 
 
-def _visible_share(x: Exchange, i: IntArray, j: IntArray, facing: BoolArray, close: BoolArray) -> FloatArray:
-    """Return the visible share of all pairs by rays, shape (m, k): several for close pairs and for lamps, else one."""
+def _share_by_rays(
+    x: Exchange, i: IntArray, j: IntArray, facing: BoolArray, close: BoolArray
+) -> tuple[FloatArray, int]:
+    """Return the visible share of pairs that face each other by rays, several for close pairs and lamps, else one."""
+    assert x.occluders is not None
     lamp = (x.patches.emission > 0.0).any(axis=1)
     several = facing & (close | lamp[i][:, None] | lamp[j])
     # Neighbouring pairs take different points, so that their errors even out and no bands show.
     turn = (i[:, None] + j) % len(x.of_i)
-    share = np.zeros(facing.shape)
+    share, segments = np.zeros(facing.shape), 0
     for s, (a, b) in enumerate(zip(x.of_i, x.of_j, strict=True)):
         rows, columns = np.nonzero(several | (facing & (turn == s)))
         clear = ~x.occluders.blocked(x.points[i[rows], a], x.points[j[columns], b])
         share[rows, columns] += clear / np.where(several[rows, columns], len(x.of_i), 1)
-    return share
+        segments += len(rows)
+    return share, segments
 
 
 def _meeting(x: Exchange, members: IntArray, which: IntArray) -> FloatArray:

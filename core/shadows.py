@@ -81,7 +81,7 @@ def hidden_pairs(blockers: Blockers, which: IntArray, starts: FloatArray, ends: 
 
 
 def _distances(blockers: Blockers, index: int, points: FloatArray) -> FloatArray:
-    """Return the distances of points (..., 3) from the plane and the edges of one blocker, shape (1 + edges, ...) [m]."""
+    """Return the distances of points (..., 3) from plane and edges of one blocker, shape (1 + edges, ...) [m]."""
     planes = blockers.planes[index, : 1 + blockers.edges[index]]
     flat = points.reshape(-1, 3) @ planes[:, :3].T + planes[:, 3]
     return np.ascontiguousarray(flat.T).reshape(-1, *points.shape[:-1])

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .surfaces import Occluding
-from .visibility import MARGIN
+from .surfaces import MARGIN, Occluding
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -64,7 +63,7 @@ def as_blockers(occluding: Occluding) -> Blockers:
     edge = np.roll(corners, -1, axis=1) - corners
     normal = np.cross(edge[:, 0], edge[:, 1])
     length = np.linalg.norm(normal, axis=1)
-    real = length > 1e-12 * np.square(edge).sum(axis=2).max(axis=1, initial=0.0)
+    real = length > 1e-12 * np.max(np.square(edge).sum(axis=2), axis=1, initial=0.0)
 
     # The second half of a, b, c, d follows as a, c, d; it becomes the fourth corner of the first.
     twin = np.flatnonzero(_twins(corners) & real[:-1] & real[1:])
@@ -83,7 +82,7 @@ def as_blockers(occluding: Occluding) -> Blockers:
     width = np.linalg.norm(inward, axis=2, keepdims=True)
     normals = np.concatenate((normal[:, None], inward / np.where(width > 0, width, 1.0)), axis=1)
     offset = -(normals * np.concatenate((outline[:, :1], outline), axis=1)).sum(axis=2)
-    margin = MARGIN * occluding.diagonal + occluding.slack[real]
+    margin = MARGIN * occluding.diagonal + np.broadcast_to(occluding.slack, len(real))[real]
     return Blockers(outline, edges, np.concatenate((normals, offset[..., None]), axis=2), margin)
 
 
@@ -116,7 +115,7 @@ def compact_groups(centres: FloatArray, normals: FloatArray, size: int = GROUP_S
     list of ndarray
         Indices of the patches of each group; every patch is in one.
     """
-    extent = float(np.ptp(centres, axis=0).max(initial=0.0)) or 1.0
+    extent = float(np.max(np.ptp(centres, axis=0), initial=0.0)) or 1.0
     # Normals count twice as much as the place, so that walls come apart before they are cut up.
     features = np.concatenate((centres / extent, 2.0 * normals), axis=1)
     groups: list[IntArray] = []
@@ -139,7 +138,7 @@ def compact_groups(centres: FloatArray, normals: FloatArray, size: int = GROUP_S
 
 def _even(normals: FloatArray) -> bool:
     """Return whether a group need not be split for its normals' sake: few patches, or within a hemisphere or so."""
-    return len(normals) <= GROUP_SIZE // 8 or float(np.ptp(normals, axis=0).max()) < 1.0
+    return len(normals) <= GROUP_SIZE // 8 or float(np.max(np.ptp(normals, axis=0))) < 1.0
 
 
 def between(first: FloatArray, second: FloatArray, blockers: Blockers) -> IntArray:
@@ -169,7 +168,7 @@ def between(first: FloatArray, second: FloatArray, blockers: Blockers) -> IntArr
     # All of both groups on one side of the triangle.
     height = cloud @ blockers.planes[left, 0, :3].T + blockers.planes[left, 0, 3]
     crossed = (height.max(axis=0) > blockers.margin[left]) & (height.min(axis=0) < -blockers.margin[left])
-    return left[crossed]
+    return np.asarray(left[crossed])
 
 
 def _directions(axis: FloatArray) -> FloatArray:

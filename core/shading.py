@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From light on patches to colours at the corners of the mesh, so that borders between patches do not show (T16).
+
+What is interpolated is the irradiance H, not the colour: a corner takes the mean of H over the patches that meet at
+its vertex, but only those of the same object whose corners there share its normal. Smooth surfaces and flat stretches
+blend, hard edges stay hard, and other surfaces at the same place never bleed. The face's own reflectance and emission
+then give the colour, the radiance L = (E + rho H) / pi.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .meshing import Patches
+from .scene import Scene
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Unit normals that differ by less are one: single precision and rounding, not a bend [rad].
+SAME_NORMAL = 1e-3
+
+
+def corner_radiance(scene: Scene, patches: Patches, irradiance: FloatArray) -> FloatArray:
+    """Return the colour of every face corner.
+
+    Parameters
+    ----------
+    scene : Scene
+    patches : Patches
+        p patches that mesh the scene.
+    irradiance : ndarray of shape (p, 3)
+        H of every patch [W/m^2].
+
+    Returns
+    -------
+    ndarray of shape (c, 3)
+        Radiance L of each of the scene's c corners, linear [W/(m^2 sr)].
+    """
+    place = _places(scene)
+    smooth = _smooth_groups(place, scene.corner_normals)
+    of_group, lit = _means(smooth, patches, irradiance)
+    # Corners of faces without patches take what else is lit at their vertex.
+    of_place, _ = _means(place, patches, irradiance)
+    H = np.where(lit[smooth][:, None], of_group[smooth], of_place[place])
+    face = scene.corner_face
+    return np.asarray((scene.emission[face] + scene.reflectance[face] * H) / np.pi)
+
+
+def _places(scene: Scene) -> IntArray:
+    """Return for each corner a number that it shares with the corners of the same object at the same vertex."""
+    key = scene.face_object[scene.corner_face] * max(1, len(scene.vertices)) + scene.corner_vertex
+    return np.asarray(np.unique(key, return_inverse=True)[1]).reshape(-1)
+
+
+def _smooth_groups(place: IntArray, normals: FloatArray) -> IntArray:
+    """Return for each corner a number that it shares with the corners at the same place with the same normal."""
+    group = np.full(len(place), -1)
+    left = np.arange(len(place))
+    # One normal of every place at a time: its first corner left leads those that look the same way.
+    while len(left):
+        _, first, which = np.unique(place[left], return_index=True, return_inverse=True)
+        leader = left[first][which.reshape(-1)]
+        same = np.linalg.norm(normals[left] - normals[leader], axis=1) < SAME_NORMAL
+        group[left[same]] = leader[same]
+        left = left[~same]
+    return np.asarray(np.unique(group, return_inverse=True)[1]).reshape(-1)
+
+
+def _means(group: IntArray, patches: Patches, irradiance: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the mean irradiance of each group's patches, shape (g, 3), and which groups have any."""
+    groups = int(np.max(group, initial=-1)) + 1
+    at = group[patches.touch_corner]
+    count = np.bincount(at, minlength=groups)
+    H = irradiance[patches.touch_patch]
+    total = np.stack([np.bincount(at, H[:, channel], minlength=groups) for channel in range(3)], axis=1)
+    return total / np.maximum(count, 1)[:, None], count > 0

@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who lights whom, as the solvers see it: the matrix of form factors F, whole (T13) or a column at a time (T8).
+
+F_ij is the share of the light from i that reaches j, and by reciprocity (A_i F_ij = A_j F_ji) what i receives from j:
+H = F B. A patch that would send out more than it has, because its factors' small errors add up, sends that much less.
+"""
+
+import os
+from collections import deque
+from collections.abc import Generator, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import RadiosityError
+from .exchange import Exchange, SingleArray, block, exchange
+from .memory import available_memory
+from .meshing import Patches
+from .progress import Progress
+from .shafts import GROUP_SIZE
+from .surfaces import Occluding
+from .visibility import Occluders
+
+FloatArray = NDArray[np.float64]
+# Patches j and A_i F_ij to each, then the number of segments tested for visibility.
+Strip = tuple[list[tuple[NDArray[np.int64], SingleArray]], int]
+
+STAGE = "Form factors"
+# Temporaries of one block of the exchange, for each of the threads [bytes].
+BLOCK_BYTES = 48 * 2**20
+# Rows and columns of the squares that the matrix is compared with its transpose by.
+TILE = 1024
+# Columns that shooting keeps, so that a patch that shoots again costs nothing [bytes].
+KEPT_BYTES = 256 * 2**20
+
+
+class Transport(Protocol):
+    """What a solver asks."""
+
+    @property
+    def area(self) -> FloatArray:
+        """Areas of the n patches, shape (n,) [m^2]."""
+        ...
+
+    def gather(self, radiosity: FloatArray) -> FloatArray:
+        """Return the irradiance H = F B, shape (n, k), for radiosities B of shape (n, k) [W/m^2]."""
+        ...
+
+    def column(self, j: int) -> FloatArray:
+        """Return F_ij of all patches i for one j, shape (n,)."""
+        ...
+
+    def row_sums(self) -> FloatArray:
+        """Return for each patch the share of its light that meets a patch, shape (n,); NaN where not known."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class DenseTransport:
+    """The whole matrix of form factors (T13), in single precision.
+
+    Attributes
+    ----------
+    matrix : ndarray of shape (n, n), float32
+        F.
+    area : ndarray of shape (n,)
+        [m^2].
+    sums : ndarray of shape (n,)
+        Share of each patch's light that meets a patch, as computed; what exceeds 1 has been taken out of `matrix`.
+    links : int
+        Factors above zero.
+    rays : int
+        Segments that were tested for visibility.
+    """
+
+    matrix: SingleArray
+    area: FloatArray
+    sums: FloatArray
+    links: int
+    rays: int
+
+    def gather(self, radiosity: FloatArray) -> FloatArray:
+        """Return the irradiance H = F B of all patches; see `Transport`."""
+        return self.gather_rows(slice(None), radiosity)
+
+    def gather_rows(self, rows: slice, radiosity: FloatArray) -> FloatArray:
+        """Return the irradiance of some patches only."""
+        # Scaled to 1, so that the light of any scene fits into single precision.
+        scale = float(np.abs(radiosity).max(initial=0.0)) or 1.0
+        gathered = self.matrix[rows] @ (radiosity / scale).astype(np.float32)
+        return gathered.astype(np.float64) * scale
+
+    def column(self, j: int) -> FloatArray:
+        """Return F_ij of all patches i."""
+        return self.matrix[:, j].astype(np.float64)
+
+    def row_sums(self) -> FloatArray:
+        """Return for each patch the share of its light that meets a patch."""
+        return self.sums
+
+
+class ColumnTransport:
+    """Columns of the matrix on demand, for shooting (T8): memory grows with n.
+
+    The columns of a whole group of neighbours cost little more than one of them, so they are computed together and kept
+    as long as `KEPT_BYTES` last; the brightest groups come first, and those shoot most often.
+
+    Attributes
+    ----------
+    rays : int
+        Segments tested for visibility so far.
+    links : int
+        Factors above zero in the columns computed so far.
+    """
+
+    def __init__(self, x: Exchange) -> None:
+        self._exchange = x
+        self._area = x.patches.area
+        self._group = np.zeros(len(self._area), dtype=np.int64)
+        self._place = np.zeros(len(self._area), dtype=np.int64)
+        for index, members in enumerate(x.groups):
+            self._group[members] = index
+            self._place[members] = np.arange(len(members))
+        self._kept: dict[int, SingleArray] = {}
+        self._bytes_left = KEPT_BYTES
+        self._sums = np.full(len(self._area), np.nan)
+        self.rays = self.links = 0
+
+    @property
+    def area(self) -> FloatArray:
+        """Areas of the patches, shape (n,) [m^2]."""
+        return self._area
+
+    def column(self, j: int) -> FloatArray:
+        """Return F_ij of all patches i for one j, shape (n,)."""
+        group = int(self._group[j])
+        members = self._exchange.groups[group]
+        if group not in self._kept:
+            needed = 4 * len(self._area) * len(members)
+            if needed > self._bytes_left:
+                return self._columns(np.array([j]))[:, 0].astype(np.float64)
+            self._kept[group] = self._columns(members)
+            self._bytes_left -= needed
+        return self._kept[group][:, self._place[j]].astype(np.float64)
+
+    def gather(self, radiosity: FloatArray) -> FloatArray:
+        """Return the irradiance H = F B; computes every column and keeps none."""
+        H = np.zeros_like(radiosity)
+        for members in self._exchange.groups:
+            H += self._columns(members) @ radiosity[members]
+        return H
+
+    def row_sums(self) -> FloatArray:
+        """Return the share of a patch's light that meets a patch; NaN for patches that nobody has asked for."""
+        return self._sums
+
+    def _columns(self, members: NDArray[np.int64]) -> SingleArray:
+        """Return the columns of some patches, shape (n, m)."""
+        columns = np.zeros((len(self._area), len(members)), dtype=np.float32)
+        for group in self._exchange.groups:
+            between, segments = block(self._exchange, group, members)
+            self.rays += segments
+            if between is not None:
+                columns[group] = between
+        sums = columns.sum(axis=0, dtype=np.float64) * _inverse(self._area[members])
+        self._sums[members] = sums
+        self.links += int(np.count_nonzero(columns))
+        columns *= _inverse(self._area)[:, None]
+        columns *= _at_most_one(sums)
+        return columns
+
+
+def column_transport(
+    patches: Patches, occluders: Occluders | None, *, kernel: str = "exact", surfaces: Occluding | None = None
+) -> ColumnTransport:
+    """Return the transport that computes columns on demand.
+
+    Parameters
+    ----------
+    patches : Patches
+    occluders : Occluders or None
+        Who casts rays; None when nothing blocks.
+    kernel : {"exact", "centre"}
+        T3 or T2.
+    surfaces : Occluding, optional
+        The surfaces that block; where given, most rays are saved.
+
+    Returns
+    -------
+    ColumnTransport
+    """
+    return ColumnTransport(exchange(patches, occluders, surfaces, exact=kernel == "exact"))
+
+
+def dense_transport(
+    patches: Patches,
+    occluders: Occluders | None,
+    *,
+    kernel: str = "exact",
+    surfaces: Occluding | None = None,
+    executor: Executor | None = None,
+) -> Generator[Progress, None, DenseTransport]:
+    """Compute the whole matrix of form factors, in parallel (T15).
+
+    Parameters
+    ----------
+    patches : Patches
+    occluders : Occluders or None
+        Who casts rays; None when nothing blocks.
+    kernel : {"exact", "centre", "hemicube"}
+        T3, T2 or T4.
+    surfaces : Occluding, optional
+        The surfaces that block; where given, most rays are saved.
+    executor : concurrent.futures.Executor, optional
+        Who computes; a thread for each processor when not given. The result does not depend on it, bit for bit.
+
+    Yields
+    ------
+    Progress
+        After every group of rows.
+
+    Returns
+    -------
+    DenseTransport
+
+    Raises
+    ------
+    RadiosityError
+        When the matrix would not fit into memory; before anything is computed.
+    """
+    n = len(patches.area)
+    _check_memory(n)
+    yield Progress(STAGE, 0.0)
+    x = exchange(patches, occluders, surfaces, exact=kernel == "exact")
+    matrix = np.zeros((n, n), dtype=np.float32)
+    sums = np.zeros(n)
+    over_area = _inverse(patches.area)
+    with ExitStack() as stack:
+        workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
+        done = links = rays = 0
+        for i, (strip, segments) in zip(x.groups, _in_order(workers, x), strict=True):
+            rays += segments
+            for j, between in strip:
+                links += int(np.count_nonzero(between)) * (1 if j[0] == i[0] else 2)
+                matrix[np.ix_(i, j)] = between * over_area[i][:, None]
+                sums[i] += between.sum(axis=1, dtype=np.float64)
+                if j[0] != i[0]:
+                    matrix[np.ix_(j, i)] = (between * over_area[j]).T
+                    sums[j] += between.sum(axis=0, dtype=np.float64)
+            # The first strips meet all other groups, the last only themselves.
+            done += len(i)
+            yield Progress(STAGE, 1.0 - (1.0 - done / n) ** 2)
+    sums *= over_area
+    if np.any(sums > 1.0):
+        matrix *= _at_most_one(sums).astype(np.float32)
+    return DenseTransport(matrix, patches.area, sums, links, rays)
+
+
+def reciprocity_error(transport: DenseTransport) -> float:
+    """Return the mean difference of A_i F_ij and A_j F_ji over their mean.
+
+    Parameters
+    ----------
+    transport : DenseTransport
+
+    Returns
+    -------
+    float
+        0 for factors that are reciprocal, at most 2.
+    """
+    F, A = transport.matrix, transport.area.astype(np.float32)
+    difference = total = 0.0
+    for first in range(0, len(A), TILE):
+        for second in range(first, len(A), TILE):
+            i, j = slice(first, first + TILE), slice(second, second + TILE)
+            there, back = A[i, None] * F[i, j], (A[j, None] * F[j, i]).T
+            # A square off the diagonal stands for its mirror image too.
+            count = 1.0 if first == second else 2.0
+            difference += count * float(np.abs(there - back).sum(dtype=np.float64))
+            total += count * float((there + back).sum(dtype=np.float64))
+    return 2.0 * difference / total if total else 0.0
+
+
+def _in_order(workers: Executor, x: Exchange) -> Iterator[Strip]:
+    """Compute the strips of the upper half, a few at a time ahead, and yield them in order."""
+    ahead: deque[Future[Strip]] = deque()
+    most = 2 * (os.cpu_count() or 1)
+    try:
+        for first in range(len(x.groups)):
+            ahead.append(workers.submit(_strip, x, first))
+            if len(ahead) > most:
+                yield ahead.popleft().result()
+        while ahead:
+            yield ahead.popleft().result()
+    finally:
+        # Closed early: what has not begun need not be done.
+        for future in ahead:
+            future.cancel()
+
+
+def _strip(x: Exchange, first: int) -> Strip:
+    """Return A F between one group and all from it on, without the blocks that are zero, and the segments tested."""
+    blocks, rays = [], 0
+    for j in x.groups[first:]:
+        between, segments = block(x, x.groups[first], j)
+        rays += segments
+        if between is not None:
+            blocks.append((j, between.astype(np.float32)))
+    return blocks, rays
+
+
+def _check_memory(n: int) -> None:
+    """Refuse a matrix that does not fit into what is free."""
+    threads = os.cpu_count() or 1
+    needed = 4 * n * n + threads * (BLOCK_BYTES + 3 * 4 * GROUP_SIZE * n)
+    free = available_memory()
+    if needed > free:
+        raise RadiosityError(
+            f"The form factors of {n:,} patches need {needed / 2**30:.1f} GiB of memory and {free / 2**30:.1f} GiB are "
+            "free: take the method 'hierarchical' or 'shooting', or larger patches"
+        )
+
+
+def _inverse(area: FloatArray) -> FloatArray:
+    """Return 1 / A, and 0 for patches without area, which send and receive nothing."""
+    return np.divide(1.0, area, out=np.zeros_like(area), where=area > 0.0)
+
+
+def _at_most_one(sums: FloatArray) -> FloatArray:
+    """Return what to multiply columns with, so that no patch sends out more than it has."""
+    return np.asarray(1.0 / np.maximum(sums, 1.0))
