@@ -158,6 +158,7 @@ def figures(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("Time", f"{report['seconds']['total']:.2f} s"),
         ("Iterations", f"{report['iterations']}, {state}"),
         ("Row Sums", f"{rows['min']:.3f} to {rows['max']:.3f}"),
+        ("Row Sum Mean", f"{rows['mean']:.4f}"),
         ("Energy Error", f"{energy['error']:.2%}"),
     ]
 
