@@ -121,8 +121,8 @@ def cornell_box() -> None:
 
     short = metres((130.0, 165.0, 65.0), (82.0, 165.0, 225.0), (240.0, 165.0, 272.0), (290.0, 165.0, 114.0))
     tall = metres((423.0, 330.0, 247.0), (265.0, 330.0, 296.0), (314.0, 330.0, 456.0), (472.0, 330.0, 406.0))
-    add("Short Block", white, *prism(short[::-1, :2], 0.0, 0.165, 0.02))
-    add("Tall Block", white, *prism(tall[::-1, :2], 0.0, 0.330, 0.02))
+    add("Short Block", white, *prism(short[:, :2], 0.0, 0.165, 0.02))
+    add("Tall Block", white, *prism(tall[:, :2], 0.0, 0.330, 0.02))
     camera((0.0, -0.8, 0.273), 35.0, (720, 720), sensor=25.0)
     bpy.context.scene.view_settings.exposure = 1.0
 
@@ -196,9 +196,11 @@ def two_rooms() -> None:
         rectangle((-inner, door_low, lintel), (0, door_high - door_low, 0), (thick, 0, 0), cell),
     )
     add("Door Sill", wood, rectangle((-inner, door_low, 0), (thick, 0, 0), (0, door_high - door_low, 0), cell))
+    # What the camera sees of the wall between the rooms where its view begins.
+    add("Wall Section", white, rectangle((-inner, 0.02, 0), (thick, 0, 0), (0, 0, height), cell))
     _furnish(inner, cell / 2.0)
     camera((0.0, -4.0, 1.5), 17.5, (1280, 432), clip=4.01, shift=-0.02)
-    bpy.context.scene.view_settings.exposure = 1.5
+    bpy.context.scene.view_settings.exposure = 1.25
 
 
 def _wall(x: float, low: float, high: float, height: float, cell: float, sign: float) -> Grid:

@@ -93,6 +93,12 @@ def test_the_furnace_reads_two_everywhere(bake):
             np.testing.assert_allclose(colors(obj), 2.0, rtol=0.02, err_msg=obj.name)
 
 
+def test_every_surface_of_cornells_box_looks_into_it(bake):
+    for obj in bake("cornell_box", method='gathering', form_factors='centre', iterations=8):
+        if obj.type == 'MESH':
+            assert colors(obj).mean() > 0.1, obj.name
+
+
 def test_the_walls_of_cornells_box_color_what_is_near_them(bake):
     objects = bake("cornell_box", method='gathering', form_factors='centre', iterations=8)
     wall = objects["Back Wall"]
