@@ -74,5 +74,5 @@ def _check_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
 
 def _check_whole(name: str, value: int, least: int) -> None:
     """Refuse what is not a whole number of at least `least`."""
-    if int(value) != value or value < least:
+    if not isfinite(value) or int(value) != value or value < least:
         raise RadiosityError(f"The {name} is {value}: give a whole number from {least} up.")

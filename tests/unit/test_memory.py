@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is said about memory follows what is taken."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from core import memory
+
+ROOT = Path(__file__).resolve().parents[2]
+
+MEMINFO = "MemTotal:       16000000 kB\nMemFree:         1000000 kB\nMemAvailable:    8000000 kB\n"
+
+
+def test_the_peak_grows_with_what_is_taken():
+    # In a process of its own: here much may have been taken before.
+    code = """
+import numpy as np
+from core.memory import peak_memory
+before = peak_memory()
+kept = np.ones(2**23)
+print((peak_memory() - before) / kept.nbytes)
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert float(done.stdout) == pytest.approx(1.0, abs=0.1)
+
+
+def test_some_memory_is_available():
+    assert memory.available_memory() > 2**20
+
+
+@pytest.mark.parametrize(
+    ("limit", "used", "expected"),
+    [("max", "5", 8_000_000 * 1024), ("3000", "1000", 2000), ("1000", "3000", 0), (None, None, 8_000_000 * 1024)],
+)
+def test_a_container_may_leave_less_than_the_machine(tmp_path, limit, used, expected):
+    (tmp_path / "meminfo").write_text(MEMINFO)
+    if limit is not None:
+        (tmp_path / "memory.max").write_text(limit + "\n")
+        (tmp_path / "memory.current").write_text(used + "\n")
+    assert memory._linux_available(tmp_path / "meminfo", tmp_path) == expected
