@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+# Borders whose angles differ by no more run the same way.
+_SAME_ANGLE = 1e-4
+
 
 @dataclass(frozen=True, eq=False)
 class Loops:
@@ -238,9 +241,12 @@ def trapezoids(start: Floats, end: Floats, tolerance: float) -> Floats:
     ndarray of shape (t, 4, 2)
         Counter-clockwise; where two borders meet, two corners are the same.
     """
-    # A wall is cut into rectangles when one axis runs along its longest border; which of the two, is tried.
-    longest = (end - start)[np.argmax(np.sum((end - start) ** 2, axis=1))]
-    across = longest / np.linalg.norm(longest)
+    # A wall is cut into rectangles when an axis runs along most of its border; which of the two, is tried.
+    span = end - start
+    angle = np.arctan2(span[:, 1], span[:, 0]) % (0.5 * np.pi)
+    _, first, alike = np.unique(np.round(angle / _SAME_ANGLE), return_index=True, return_inverse=True)
+    most = angle[first[np.argmax(np.bincount(alike, weights=np.linalg.norm(span, axis=1)))]]
+    across = np.array([np.cos(most), np.sin(most)])
     upright = np.array([across, [-across[1], across[0]]])
     lying = np.array([upright[1], -across])
     cuts = [

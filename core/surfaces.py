@@ -95,12 +95,14 @@ def occluder_polygons(scene: Scene, patches: Patches) -> Occluding:
 
     # Everything as quads over one list of vertices; a triangle repeats its last corner.
     alone = ~joined.done[whole.face] & (whole.triangle | flat[whole.face])
-    loose = np.concatenate([joined.cut, patches.corners[bent]])
+    cells = patches.corners[bent]
+    # All towards the front of the face, like everything else.
+    cells[patches.side[bent] < 0] = cells[patches.side[bent] < 0][:, ::-1]
+    loose = np.concatenate([joined.cut, cells])
     loose_quads = len(scene.vertices) + np.arange(4 * len(loose)).reshape(-1, 4)
     quads = np.concatenate([joined.fan, scene.corner_vertex[whole.corner[alone]], loose_quads])
     face = np.concatenate([joined.fan_face, whole.face[alone], joined.cut_face, patches.face[bent]])
-    slack = np.zeros(len(quads))
-    slack[len(quads) - int(bent.sum()) :] = _twist(patches.corners[bent])
+    slack = np.concatenate([np.zeros(len(quads) - len(cells)), _twist(cells)])
     return _halved(np.concatenate([scene.vertices, loose.reshape(-1, 3)]), quads, face, slack)
 
 

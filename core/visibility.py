@@ -126,8 +126,9 @@ class BruteForceOccluders:
             along = targets[part] - origins[part]
             crossing, rise = self._crossings(origins[part], along)
             # The other end has to be clear of the plane as well.
-            beyond = (1.0 - crossing) * np.abs(rise) > self._margin
-            result[part] = (np.isfinite(crossing) & beyond).any(axis=1)
+            hit = np.isfinite(crossing)
+            beyond = (1.0 - np.where(hit, crossing, 1.0)) * np.abs(rise) > self._margin
+            result[part] = (hit & beyond).any(axis=1)
         return result
 
     def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
