@@ -35,7 +35,7 @@ def blender() -> Iterator[ModuleType]:
     with tempfile.TemporaryDirectory(prefix="radiosity-tests-", ignore_cleanup_errors=True) as folder:
         os.environ["BLENDER_USER_RESOURCES"] = folder
         yield pytest.importorskip("bpy", reason="needs the bpy wheel (make test) or a real Blender")
-        # Blender 4.2's glTF exporter leaves types of bpy in typing's caches, and the wheel crashes when they outlive it.
+        # Blender 4.2's glTF exporter leaves types of bpy in typing's caches; the wheel crashes when they outlive it.
         for clear in typing._cleanups:
             clear()
 

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 EXTENSION_TOOL = "import sys, bpy, bl_pkg; sys.exit(bl_pkg.cli_extension({arguments!r}))"
 INSTALL = """
 import sys
+from pathlib import Path
 import bpy, addon_utils
 
 zip_path, = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:]
@@ -35,10 +36,14 @@ assert bpy.ops.radiosity.bake() == {'FINISHED'}
 colors = bpy.context.object.data.color_attributes["Radiosity"].data
 assert all(0.0 < item.color[0] < 1.0 for item in colors)
 
-addon_utils.disable("bl_ext.user_default.radiosity")
+repos = bpy.context.preferences.extensions.repos
+index = next(index for index, repo in enumerate(repos) if repo.module == "user_default")
+folder = Path(repos[index].directory) / "radiosity"
+assert folder.is_dir()
+assert bpy.ops.extensions.package_uninstall(repo_index=index, pkg_id="radiosity") == {'FINISHED'}
+assert not folder.exists()
 assert not hasattr(bpy.types.Scene, "radiosity")
-assert not [name for name in sys.modules if name.startswith("bl_ext.user_default.radiosity")]
-print("installed, enabled, baked, disabled")
+print("installed, enabled, baked, uninstalled")
 """
 
 
@@ -80,9 +85,9 @@ def test_the_zip_holds_the_extension_and_nothing_else(built):
     assert names == python | {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "CHANGELOG.md"}
 
 
-def test_the_zip_is_validated_installed_enabled_and_bakes(built, run_blender, tmp_path):
+def test_the_zip_is_validated_installed_enabled_bakes_and_goes(built, run_blender, tmp_path):
     done = run_blender(EXTENSION_TOOL.format(arguments=["validate", str(built)]))
     assert done.returncode == 0, done.stdout + done.stderr
     done = run_blender(INSTALL, str(built))
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "installed, enabled, baked, disabled" in done.stdout
+    assert "installed, enabled, baked, uninstalled" in done.stdout
