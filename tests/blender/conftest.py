@@ -13,7 +13,6 @@ import importlib
 import os
 import subprocess
 import sys
-import tempfile
 import typing
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -28,16 +27,11 @@ MODULE = f"bl_ext.user_default.{EXTENSION}"
 
 @pytest.fixture(scope="session")
 def blender() -> Iterator[ModuleType]:
-    """Give bpy, with settings and extensions in a folder that is gone afterwards."""
-    if "bpy" in sys.modules:  # inside Blender: tests/run_in_blender.py has seen to the folder
-        yield sys.modules["bpy"]
-        return
-    with tempfile.TemporaryDirectory(prefix="radiosity-tests-", ignore_cleanup_errors=True) as folder:
-        os.environ["BLENDER_USER_RESOURCES"] = folder
-        yield pytest.importorskip("bpy", reason="needs the bpy wheel (make test) or a real Blender")
-        # Blender 4.2's glTF exporter leaves types of bpy in typing's caches; the wheel crashes when they outlive it.
-        for clear in typing._cleanups:
-            clear()
+    """Give bpy, whose settings and extensions tests/conftest.py keeps in a folder that is gone afterwards."""
+    yield pytest.importorskip("bpy", reason="needs the bpy wheel (make test) or a real Blender")
+    # Blender 4.2's glTF exporter leaves types of bpy in typing's caches; the wheel crashes when they outlive it.
+    for clear in typing._cleanups:
+        clear()
 
 
 @pytest.fixture(scope="session")
