@@ -100,7 +100,7 @@ def _at_centres(scene: Scene, patches: Patches, samples: int) -> tuple[FloatArra
 
 
 def _error(patches: Patches, radiosity: FloatArray, first: FloatArray, second: FloatArray) -> float:
-    """Return the rms error of luminance over its mean, off the emitters."""
-    lit = ~patches.emission.any(axis=1)
+    """Return the rms error of luminance over its mean, off the emitters and off centres that are under boxes."""
+    lit = ~patches.emission.any(axis=1) & ((first + second) > 0).any(axis=1)
     everywhere = measure.Points(np.arange(len(lit)), lit)
     return measure.error(everywhere, radiosity, first, second)
