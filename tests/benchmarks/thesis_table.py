@@ -2,8 +2,8 @@
 """The thesis's Table 1 with our times beside its own (T18): ``python -m tests.benchmarks.thesis_table [FACTOR ...]``.
 
 The room of the thesis's format, meshed 1 to 5 times finer, is lit by the thesis's method: the whole matrix of form
-factors, then 200 sweeps of gathering, or as many as change anything. Every size runs in a process of its own, so that its memory can be told. The
-thesis's times are those of its author's machine, so only their growth compares, not the program.
+factors, then 200 sweeps of gathering, or as many as change anything. Every size runs in a process of its own, so that
+its memory can be told. The thesis's times are those of its author's machine: their growth compares, not the programs.
 """
 
 import json
