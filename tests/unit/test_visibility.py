@@ -229,6 +229,22 @@ def test_nothing_slips_through_where_pieces_meet(occluders, turn):
     assert wall.blocked((on - way) @ turn.T, (on + 0.7 * way) @ turn.T).all()
 
 
+def test_nothing_slips_through_between_triangles(occluders):
+    rng = np.random.default_rng(12)
+    # A wavy sheet of triangles, and rays through points of their edges and through their corners.
+    quads = grid(np.ones((12, 12)))
+    quads[..., 2] = 0.4 * np.sin(quads[..., 0]) * np.cos(quads[..., 1])
+    corners = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    sheet = occluders(soup(corners))
+    share = np.append(rng.uniform(0, 1, 20), [0.0, 0.5, 1.0])[:, None, None, None]
+    on = (share * corners + (1 - share) * np.roll(corners, 1, axis=1)).reshape(-1, 3)
+    on = on[(on[:, :2] > 0.01).all(axis=1) & (on[:, :2] < 11.99).all(axis=1)]
+    way = rng.normal(size=on.shape) + [0, 0, 3]
+    way[: len(on) // 2] = [0, 0, 1]
+    way[:, 2] = np.maximum(way[:, 2], 1.0)
+    assert sheet.blocked(on - 1e-3 * way, on + 2e-3 * way).all()
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_joining_changes_nothing(seed):
