@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bake the example scenes and leave their pictures in ``pictures/``: ``python make_pictures.py [NAME ...]``.
+"""Bake the example scenes, leave pictures of them in ``pictures/``: ``python make_pictures.py [NAME ...]``.
 
 thesis_room is the thesis's figures 26 to 28: the same room of 656, 5904 and 16 400 patches, side by side.
 """
@@ -17,6 +17,7 @@ FOLDER = Path(__file__).resolve().parent
 PICTURES = FOLDER / "pictures"
 SCENES = ("cornell_box", "two_rooms", "furnace")
 THESIS_ROOM, FACTORS = "thesis_room", (1, 3, 5)
+EXPOSURE = "2.3"  # the same for all three [stops]
 GAP = 8  # pixels between pictures that stand side by side
 
 
@@ -35,9 +36,16 @@ def pixels(path: Path) -> NDArray[np.float32]:
     return values.reshape(height, width, 4)
 
 
+def square(picture: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Cut the sides off a wide picture."""
+    height, width = picture.shape[:2]
+    start = (width - height) // 2
+    return picture[:, start : start + height]
+
+
 def side_by_side(paths: list[Path], target: Path) -> None:
-    """Put pictures of one height into one."""
-    parts = [pixels(path) for path in paths]
+    """Put the middles of pictures of one height into one."""
+    parts = [square(pixels(path)) for path in paths]
     gap = np.ones((parts[0].shape[0], GAP, 4), dtype=np.float32)
     row = np.concatenate([piece for part in parts for piece in (gap, part)][1:], axis=1)
     image = bpy.data.images.new(target.stem, row.shape[1], row.shape[0])
@@ -52,7 +60,7 @@ def thesis_room() -> None:
         paths = [Path(folder) / f"{factor}.png" for factor in FACTORS]
         for factor, path in zip(FACTORS, paths, strict=True):
             room = FOLDER / f"{THESIS_ROOM}.txt"
-            bake(room, path, "--method", "gathering", "--subdivide", str(factor))
+            bake(room, path, "--method", "gathering", "--subdivide", str(factor), "--exposure", EXPOSURE)
         side_by_side(paths, PICTURES / f"{THESIS_ROOM}.png")
 
 
