@@ -13,6 +13,7 @@ time, so that every step is arithmetic on small dense blocks and visibility is d
 A F is symmetric by reciprocity, so every pair of groups is computed once.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from .form_factors import point_to_polygon
 from .meshing import Patches
-from .quadrature import gauss_points, spread_points, surface_points
+from .quadrature import gauss_points, spread_points, surface_points, turned_points
 from .shadows import hidden, hidden_pairs
 from .shafts import Blockers, as_blockers, between, compact_groups
 from .surfaces import Occluding
@@ -44,10 +45,11 @@ LARGE, LOOKS = 0.01, 128
 # Heights above a plane up to this share of the scene's size are single precision's rounding.
 ROUNDING = 2e-7
 
-# Which of the four points of either patch meet: half of all sixteen pairs, chosen so that every product of up to three
-# coordinates is still averaged exactly (a fractional factorial design of resolution IV).
+# Which of the four points round either patch meet: half of all sixteen pairs, those of unlike parity, by which every
+# product of up to three coordinates is still averaged exactly (a fractional factorial design of resolution IV). The
+# same pairs meet whichever patch comes first.
 OF_I = np.array([0, 0, 1, 1, 2, 2, 3, 3])
-OF_J = np.array([1, 2, 0, 3, 0, 3, 1, 2])
+OF_J = np.array([1, 3, 0, 2, 1, 3, 0, 2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,7 @@ class Exchange:
     ----------
     patches : Patches
     points : ndarray of shape (n, q, 3)
-        What stands for each patch [m]: its centre, or the points of a 2 x 2 rule.
+        What stands for each patch [m]: its centre, or four points round it.
     weights : ndarray of shape (n, q)
         Area that each point stands for [m^2].
     of_i, of_j : ndarray of shape (s,)
@@ -111,7 +113,7 @@ def exchange(
     """
     points, share = patches.centre[:, None], np.ones((len(patches.area), 1))
     if exact:
-        points, share = gauss_points(patches.corners, 2)
+        points, share = turned_points(patches.corners)
     reach = np.linalg.norm(patches.corners - patches.centre[:, None], axis=2).max(axis=1, initial=0.0)
     span = np.ptp(patches.corners.reshape(-1, 3), axis=0) if len(reach) else np.zeros(3)
     return Exchange(
@@ -146,17 +148,19 @@ def block(x: Exchange, i: IntArray, j: IntArray) -> tuple[FloatArray | None, int
         How many were tested for visibility.
     """
     kernel = _kernel(x, i, j)
+    rows, columns = _close(x, i, j)
     if kernel is None:
-        return None, 0
+        if not len(rows):
+            return None, 0
+        kernel = np.zeros((len(x.of_i), len(i), len(j)), dtype=np.float32)
     # The pairs of points are part of all q x q.
-    scale = x.points.shape[1] ** 2 / (len(x.of_i) * np.pi) * x.size**2
-    whole = scale * kernel.sum(axis=0, dtype=np.float64)
+    whole = kernel.sum(axis=0, dtype=np.float64) * (x.points.shape[1] ** 2 / (len(x.of_i) * np.pi) * x.size**2)
     # A patch does not see itself, though the points of a bent one may.
     whole[i[:, None] == j] = 0.0
-    close = _close(x, i, j) & (whole > 0.0)
-    share, segments = _visible_share(x, i, j, kernel, whole, close)
-    rows, columns = np.nonzero(close & (share > 0.0))
     whole[rows, columns] = _exact(x, i[rows], j[columns])
+    close = np.zeros(whole.shape, dtype=bool)
+    close[rows, columns] = True
+    share, segments = _visible_share(x, i, j, kernel, whole, close)
     return np.asarray(whole * share), segments
 
 
@@ -169,19 +173,22 @@ def _visible_share(
     """
     if x.occluders is None:
         return np.ones_like(whole), 0
-    if x.blockers is None:
-        return _share_by_rays(x, i, j, whole > 0.0, close)
-    inside = between(_cloud(x, i), _cloud(x, j), x.blockers)
+    blockers = x.blockers
+    if blockers is None:
+        return _share_by_rays(x, x.occluders, i, j, kernel, close)
+    inside = between(_cloud(x, i), _cloud(x, j), blockers)
     if not len(inside):
         return np.ones_like(whole), 0
     if len(inside) > FEW:
-        return _share_by_rays(x, i, j, whole > 0.0, close)
+        return _share_by_rays(x, x.occluders, i, j, kernel, close)
     total = kernel.sum(axis=0)
-    kernel[hidden(x.blockers, inside, _meeting(x, i, x.of_i), _meeting(x, j, x.of_j))] = 0.0
+    kernel[hidden(blockers, inside, _meeting(x, i, x.of_i), _meeting(x, j, x.of_j))] = 0.0
     share = kernel.sum(axis=0, dtype=np.float64) / np.where(total > 0.0, total, 1.0)
     area = np.minimum(x.patches.area[i][:, None], x.patches.area[j])
-    rows, columns = np.nonzero((whole > LARGE * area) & (x.near > 0.0))
-    share[rows, columns] = _look_again(x, x.blockers, inside, i[rows], j[columns])
+    rows, columns = np.nonzero(((whole > LARGE * area) & (x.near > 0.0)) | (close & (total == 0.0)))
+    share[rows, columns] = _look_again(
+        x, lambda p, q: hidden_pairs(blockers, inside, p, q), i[rows], j[columns]
+    )
     return share, kernel.size + LOOKS * len(rows)
 
 
@@ -227,20 +234,26 @@ def _squared_distances(p: AnyFloat, q: AnyFloat) -> AnyFloat:
     return squared
 
 
-def _close(x: Exchange, i: IntArray, j: IntArray) -> BoolArray:
-    """Return which pairs of patches are near each other for their size, shape (m, k)."""
-    if x.near == 0.0:
-        return np.zeros((len(i), len(j)), dtype=bool)
-    origin = x.patches.centre[i].mean(axis=0)
-    squared = _squared_distances(x.patches.centre[i] - origin, x.patches.centre[j] - origin)
-    return np.asarray(squared < np.square(x.near * (x.radius[i][:, None] + x.radius[j])))
+def _close(x: Exchange, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray]:
+    """Return rows and columns of the pairs that are near each other for their size, and partly face each other."""
+    c, d, r, s = x.patches.centre[i], x.patches.centre[j], x.radius[i], x.radius[j]
+    middle, other = c.mean(axis=0), d.mean(axis=0)
+    reach = x.near * (float(np.max(r)) + float(np.max(s)))
+    reach += float(np.max(np.linalg.norm(c - middle, axis=1))) + float(np.max(np.linalg.norm(d - other, axis=1)))
+    none = np.zeros(0, dtype=np.int64)
+    if x.near == 0.0 or np.linalg.norm(other - middle) > reach:
+        return none, none
+    squared = _squared_distances(c - middle, d - middle)
+    rows, columns = np.nonzero((squared < np.square(x.near * (r[:, None] + s))) & (i[:, None] != j))
+    sees = _rise(x, i[rows], j[columns])[1] & _rise(x, j[columns], i[rows])[1]
+    return rows[sees], columns[sees]
 
 
 def _exact(x: Exchange, i: IntArray, j: IntArray) -> FloatArray:
     """Return A_i F_ij of pairs of patches, shape (p,), as if nothing stood between them [m^2]."""
     # The smaller patch receives: the factor changes least over it. But one that the other's plane cuts is the source:
     # Lambert's formula clips it exactly, while points on it would meet a step.
-    cut_i, cut_j = _cut(x, i, j), _cut(x, j, i)
+    cut_i, cut_j = np.logical_and(*_rise(x, i, j)), np.logical_and(*_rise(x, j, i))
     to_i = np.where(cut_i == cut_j, x.radius[i] < x.radius[j], cut_j)
     receiver, source = np.where(to_i, i, j), np.where(to_i, j, i)
     patches = x.patches
@@ -259,15 +272,19 @@ def _exact(x: Exchange, i: IntArray, j: IntArray) -> FloatArray:
     return result
 
 
-def _cut(x: Exchange, i: IntArray, j: IntArray) -> BoolArray:
-    """Return which patches i the planes of patches j cut through, shape (p,)."""
+def _rise(x: Exchange, i: IntArray, j: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Return which patches i have a corner below the planes of patches j, and which have one above, shape (p,)."""
     height = ((x.patches.corners[i] - x.patches.centre[j][:, None]) * x.patches.normal[j][:, None]).sum(axis=2)
     least = 1e-4 * x.radius[i]
-    return np.asarray((height.min(axis=1) < -least) & (height.max(axis=1) > least))
+    return height.min(axis=1) < -least, height.max(axis=1) > least
 
 
-def _look_again(x: Exchange, blockers: Blockers, inside: IntArray, i: IntArray, j: IntArray) -> FloatArray:
+def _look_again(
+    x: Exchange, blocked: Callable[[FloatArray, FloatArray], BoolArray], i: IntArray, j: IntArray
+) -> FloatArray:
     """Return the visible share of pairs of patches, shape (p,), weighted by how much light goes each way."""
+    # The places do not know which patch comes first, the result must not either.
+    i, j = np.minimum(i, j), np.maximum(i, j)
     share = np.zeros(len(i))
     places = spread_points(LOOKS, 4)
     normal, corners = x.patches.normal, x.patches.corners
@@ -280,27 +297,31 @@ def _look_again(x: Exchange, blockers: Blockers, inside: IntArray, i: IntArray, 
         weight *= np.maximum(-(normal[of_j][:, None] * way).sum(axis=2), 0.0)
         weight *= stretch_i * stretch_j / np.maximum(np.square(way).sum(axis=2), (ROUNDING * x.size) ** 2) ** 2
         total = weight.sum(axis=1)
-        weight[hidden_pairs(blockers, inside, p, q)] = 0.0
+        sent = weight > 0.0
+        weight[sent] *= ~blocked(p[sent], q[sent])
         share[first : first + 256] = weight.sum(axis=1) / np.where(total > 0.0, total, 1.0)
     return share
 
 
 def _share_by_rays(
-    x: Exchange, i: IntArray, j: IntArray, facing: BoolArray, close: BoolArray
+    x: Exchange, occluders: Occluders, i: IntArray, j: IntArray, kernel: SingleArray, close: BoolArray
 ) -> tuple[FloatArray, int]:
     """Return the visible share of pairs that face each other by rays, several for close pairs and lamps, else one."""
-    assert x.occluders is not None
-    lamp = (x.patches.emission > 0.0).any(axis=1)
-    several = facing & (close | lamp[i][:, None] | lamp[j])
+    facing, lamp = kernel > 0.0, (x.patches.emission > 0.0).any(axis=1)
+    several = close | lamp[i][:, None] | lamp[j] | ~facing.all(axis=0)
     # Neighbouring pairs take different points, so that their errors even out and no bands show.
     turn = (i[:, None] + j) % len(x.of_i)
-    share, segments = np.zeros(facing.shape), 0
+    seen, total, segments = np.zeros(close.shape), np.zeros(close.shape), 0
     for s, (a, b) in enumerate(zip(x.of_i, x.of_j, strict=True)):
-        rows, columns = np.nonzero(several | (facing & (turn == s)))
-        clear = ~x.occluders.blocked(x.points[i[rows], a], x.points[j[columns], b])
-        share[rows, columns] += clear / np.where(several[rows, columns], len(x.of_i), 1)
+        rows, columns = np.nonzero(facing[s] & (several | (turn == s)))
+        weight = kernel[s, rows, columns]
+        total[rows, columns] += weight
+        seen[rows, columns] += weight * ~occluders.blocked(x.points[i[rows], a], x.points[j[columns], b])
         segments += len(rows)
-    return share, segments
+    share = seen / np.where(total > 0.0, total, 1.0)
+    rows, columns = np.nonzero(close & (total == 0.0))
+    share[rows, columns] = _look_again(x, occluders.blocked, i[rows], j[columns])
+    return share, segments + LOOKS * len(rows)
 
 
 def _meeting(x: Exchange, members: IntArray, which: IntArray) -> FloatArray:

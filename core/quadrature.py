@@ -14,8 +14,8 @@ def surface_points(corners: FloatArray, u: FloatArray, v: FloatArray) -> tuple[F
     ----------
     corners : ndarray of shape (n, 4, 3)
         Patches [m]; a triangle repeats its last corner.
-    u, v : ndarray of shape (q,)
-        Places in the unit square; u runs from corner 0 to 1, v from 0 to 3.
+    u, v : ndarray of shape (q,) or (n, q)
+        Places in the unit square, the same or others for each patch; u runs from corner 0 to 1, v from 0 to 3.
 
     Returns
     -------
@@ -24,7 +24,7 @@ def surface_points(corners: FloatArray, u: FloatArray, v: FloatArray) -> tuple[F
     stretch : ndarray of shape (n, q)
         Area of the surface over area in the unit square [m^2].
     """
-    u, v = u[:, None], v[:, None]
+    u, v = u[..., None], v[..., None]
     a, b, c, d = (corners[:, k, None] for k in range(4))
     along_u = (1 - v) * (b - a) + v * (c - d)
     along_v = (1 - u) * (d - a) + u * (c - b)
@@ -53,10 +53,40 @@ def gauss_points(corners: FloatArray, order: int) -> tuple[FloatArray, FloatArra
     t, w = np.polynomial.legendre.leggauss(order)
     u, v = np.meshgrid((t + 1) / 2, (t + 1) / 2, indexing="ij")
     points, stretch = surface_points(corners, u.ravel(), v.ravel())
-    weights = stretch * np.outer(w, w).ravel()
+    return points, _shares(stretch * np.outer(w, w).ravel())
+
+
+def turned_points(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return four points on every patch, turned by another angle on each, and their weights.
+
+    On parallelograms any turn integrates polynomials up to degree 3 exactly. That no two patches have the same keeps the
+    lines between their points from meeting edges that are in line with the meshing all in the same way.
+
+    Parameters
+    ----------
+    corners : ndarray of shape (n, 4, 3)
+        Patches [m].
+
+    Returns
+    -------
+    points : ndarray of shape (n, 4, 3)
+        In order round the centre [m].
+    weights : ndarray of shape (n, 4)
+        Share of the area that each point stands for; they sum to 1.
+    """
+    # Turns by the golden ratio of a quarter are never alike.
+    turn = (np.arange(len(corners)) * ((np.sqrt(5) - 1) / 2)) % 1.0
+    angle = (turn[:, None] + np.arange(4)) * (np.pi / 2)
+    radius = np.sqrt(1 / 6)
+    points, stretch = surface_points(corners, 0.5 + radius * np.cos(angle), 0.5 + radius * np.sin(angle))
+    return points, _shares(stretch)
+
+
+def _shares(weights: FloatArray) -> FloatArray:
+    """Return weights that sum to 1 on every patch."""
     total = weights.sum(axis=1, keepdims=True)
     # A patch without area stands for nothing; any weights do.
-    return points, np.where(total > 0, weights / np.where(total > 0, total, 1), 1 / order**2)
+    return np.where(total > 0, weights / np.where(total > 0, total, 1), 1 / weights.shape[1])
 
 
 def spread_points(count: int, axes: int) -> FloatArray:
