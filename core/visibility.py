@@ -43,7 +43,7 @@ class Occluders(Protocol):
         Parameters
         ----------
         origins, targets : ndarray of shape (m, 3)
-            Points on surfaces of the scene, or between such points [m].
+            On surfaces or anywhere else [m].
 
         Returns
         -------

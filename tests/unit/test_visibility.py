@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core import streams, visibility
+from core import stream_tree, streams, visibility
 from core.meshing import mesh
 from core.scene import BOTH, Scene
 from core.streams import StreamOccluders
@@ -312,8 +312,8 @@ def test_deep_trees(monkeypatch):
     for scene in (soup(corners), halves(np.concatenate([corners, fourth], axis=1))):
         expected = BruteForceOccluders(scene).blocked(*ends)
         for leaf, children in ((2, 2), (5, 3), (1000, 12)):
-            monkeypatch.setattr(streams, "LEAF", leaf)
-            monkeypatch.setattr(streams, "CHILDREN", children)
+            monkeypatch.setattr(stream_tree, "LEAF", leaf)
+            monkeypatch.setattr(stream_tree, "CHILDREN", children)
             np.testing.assert_array_equal(StreamOccluders(scene).blocked(*ends), expected)
 
 
