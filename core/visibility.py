@@ -30,6 +30,8 @@ Bools = NDArray[np.bool_]
 # streams takes too long to grow, ten times as long as Blender's.
 FEW = 0.5
 MANY = 300_000
+# How far behind a surface that does not count Blender's tree is asked again: the grain of single precision.
+_STEP = 1e-7
 # Pairs of segment and triangle that are looked at together.
 _PAIRS = 200_000
 
@@ -190,6 +192,9 @@ class BruteForceOccluders:
 class BVHOccluders:
     """Segments against Blender's own tree of boxes, `mathutils.bvhtree.BVHTree`, one after the other.
 
+    The tree tells what is nearest and nothing behind it. So a segment that runs along a surface and meets that surface
+    and another one at the same place may slip through there; streams have no such blind spot.
+
     Parameters
     ----------
     occluding : Occluding
@@ -246,7 +251,7 @@ class BVHOccluders:
     def _first(self, start: Floats, way: Floats, reach: Floats, ends: tuple[Floats, ...]) -> tuple[Ints, Floats]:
         """Return the first triangles within reach in whose planes no end lies, -1 for none, and their distances."""
         triangle, distance = np.full(len(start), -1), np.full(len(start), np.inf)
-        gone, step = np.full(len(start), MARGIN), MARGIN
+        gone, step = np.full(len(start), MARGIN), _STEP
         rays = np.flatnonzero(gone < reach)
         while len(rays):
             # The quickest way to feed a tree: columns as lists, zipped into tuples, and no loop in Python.

@@ -101,9 +101,20 @@ def test_all_agree_on_soups(seed, count, pairs, lattice):
     surely = BruteForceOccluders(scene, margin=2 * MARGIN, growth=-1e-6).blocked(*ends)
     maybe = BruteForceOccluders(scene, margin=0.5 * MARGIN, growth=3e-6).blocked(*ends)
     assert np.all(surely <= maybe)
+    along = runs_along(corners, *ends)
     for found in everything(scene):
-        assert np.all(surely <= found.blocked(*ends))
+        # What runs along a surface may slip past Blender's tree.
+        counts = ~along | (not isinstance(found, BVHOccluders))
+        assert np.all(surely <= found.blocked(*ends), where=counts)
         assert np.all(found.blocked(*ends) <= maybe)
+
+
+def runs_along(corners, origins, targets):
+    """Return which segments lie in the plane of a triangle."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    heights = [np.abs(((ends[:, None] - corners[:, 0]) * normal).sum(axis=2)) for ends in (origins, targets)]
+    return (np.maximum(*heights) < 1e-4).any(axis=1)
 
 
 def everything(scene):
