@@ -37,6 +37,8 @@ class Sights:
         The frames, axes in rows.
     corners : ndarray of shape (v, s, 3)
         The sources, their last corners repeated [m].
+    size : ndarray of shape (s,)
+        Their numbers of corners.
     normal : ndarray of shape (s, 3)
         Unit normals of the receivers.
     blocker : ndarray of shape (s + 1,)
@@ -52,6 +54,7 @@ class Sights:
     origin: FloatArray
     axes: FloatArray
     corners: FloatArray
+    size: IntArray
     normal: FloatArray
     blocker: IntArray
     blocker_corners: FloatArray
@@ -70,6 +73,7 @@ def sights(views: Sequence[View]) -> Sights:
         origin=origin,
         axes=axes,
         corners=_padded([(view.second - o) @ a.T for view, o, a in framed]),
+        size=np.array([len(view.second) for view in views]),
         normal=np.stack([a @ view.normals[0] for view, _, a in framed]),
         blocker=np.concatenate([[0], np.cumsum([len(view.blockers) for view in views])]),
         blocker_corners=_padded(blockers),
@@ -111,7 +115,7 @@ def whole_and_hidden(points: FloatArray, view: IntArray, table: Sights) -> tuple
         if len(rows):
             x = np.einsum("mx,max->am", points[rows] - table.origin[view[rows]], table.axes[view[rows]])
             corners = table.corners[:, view[rows]]
-            sources = Pieces(np.arange(len(rows)), corners[:, :, 0], corners[:, :, 1])
+            sources = Pieces(np.arange(len(rows)), table.size[view[rows]], corners[:, :, 0], corners[:, :, 1])
             whole[rows] = _piece_factors(x, view[rows], sources, table)
             hidden[rows] = _hidden_factors(x, view[rows], sources, table)
     return whole, hidden

@@ -14,29 +14,33 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Convex polygons of up to k corners in a plane; those with fewer repeat their last one.
+    """Convex polygons of up to k corners in a plane.
 
     Attributes
     ----------
     owner : ndarray of shape (m,)
         What each piece belongs to.
+    size : ndarray of shape (m,)
+        Number of corners.
     u, v : ndarray of shape (k, m)
-        Corners, counter-clockwise [m].
+        Corners, counter-clockwise; beyond its size a piece repeats its last one [m].
     """
 
     owner: IntArray
+    size: IntArray
     u: FloatArray
     v: FloatArray
 
     def of(self, columns: IntArray | BoolArray) -> "Pieces":
         """Return some of the pieces."""
-        return Pieces(self.owner[columns], self.u[:, columns], self.v[:, columns])
+        return Pieces(self.owner[columns], self.size[columns], self.u[:, columns], self.v[:, columns])
 
 
 def together(blocks: Sequence[Pieces]) -> Pieces:
     """Return all pieces of several sets."""
     return Pieces(
         np.concatenate([block.owner for block in blocks]),
+        np.concatenate([block.size for block in blocks]),
         _side_by_side([block.u for block in blocks]),
         _side_by_side([block.v for block in blocks]),
     )
@@ -72,62 +76,61 @@ def cut(
     for a, b, c in planes:
         near &= (a * pieces.u + b * pieces.v + c).max(axis=0) > clearance
     column = np.flatnonzero(near)
-    u, v = pieces.u[:, column], pieces.v[:, column]
-    cut_off: list[tuple[FloatArray, FloatArray, IntArray]] = []
+    inside = pieces.of(column)
+    cut_off: list[tuple[Pieces, IntArray]] = []
     for a, b, c in planes:
-        distance = a[column] * u + b[column] * v + c[column]
+        distance = a[column] * inside.u + b[column] * inside.v + c[column]
         some = np.flatnonzero(wanted[column])
-        cut_off.append(_clipped(u[:, some], v[:, some], -distance[:, some], column[some], clearance))
-        u, v, column = _clipped(u, v, distance, column, clearance)
+        off, kept = _clipped(inside.of(some), -distance[:, some], clearance[column[some]])
+        cut_off.append((off, column[some][kept]))
+        inside, kept = _clipped(inside, distance, clearance[column])
+        column = column[kept]
     touched = np.zeros(len(pieces.owner), dtype=bool)
     touched[column] = True
-    outside: list[Pieces] = []
-    for u_off, v_off, column_off in cut_off:
-        # Until the last cut it is not known whether a piece is touched at all.
-        some = np.flatnonzero(touched[column_off])
-        outside.append(Pieces(pieces.owner[column_off[some]], u_off[:, some], v_off[:, some]))
-    return Pieces(pieces.owner[column], u, v), column, outside
+    # Until the last cut it is not known whether a piece is touched at all.
+    return inside, column, [off.of(touched[column_off]) for off, column_off in cut_off]
 
 
-def _clipped(
-    u: FloatArray, v: FloatArray, distance: FloatArray, column: IntArray, clearance: FloatArray
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return what is left of convex polygons where the distance is positive, and their columns."""
-    none = clearance[column]
-    above, below = distance > none, distance < -none
+def _clipped(pieces: Pieces, distance: FloatArray, none: FloatArray) -> tuple[Pieces, IntArray]:
+    """Return what is left of pieces where the distance is positive, and which pieces that was cut from."""
+    above = distance > none
     left = above.any(axis=0)
-    crossed = left & below.any(axis=0)
+    crossed = left & (distance < -none).any(axis=0)
     whole, some = np.flatnonzero(left & ~crossed), np.flatnonzero(crossed)
-    u_cut, v_cut = _crossed(u[:, some], v[:, some], distance[:, some], above[:, some], below[:, some])
-    columns = np.concatenate((column[whole], column[some]))
-    return _side_by_side((u[:, whole], u_cut)), _side_by_side((v[:, whole], v_cut)), columns
+    parts = _crossed(pieces.of(some), distance[:, some], above[:, some])
+    return together((pieces.of(whole), parts)), np.concatenate((whole, some))
 
 
-def _crossed(
-    u: FloatArray, v: FloatArray, distance: FloatArray, above: BoolArray, below: BoolArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return what is left of polygons that all have corners above and corners below."""
-    following = np.roll(np.arange(len(u)), -1)
-    crossing = (above & below[following]) | (below & above[following])
-    # Repeated corners are left out, or their number would grow with every cut.
-    kept = ~below & ((u != np.roll(u, 1, axis=0)) | (v != np.roll(v, 1, axis=0)))
-    share = distance / np.where(crossing, distance - distance[following], 1)
-    # Each corner gives itself, the point where the edge after it crosses, both or none.
-    given = kept.astype(np.int64) + crossing
-    count = given.sum(axis=0)
-    place = np.cumsum(given, axis=0) - given
-    corner, column = np.nonzero(kept)
-    edge, edge_column = np.nonzero(crossing)
-    most = int(count.max(initial=0))
-    last = np.minimum(np.arange(most)[:, None], count - 1)
-    results: list[FloatArray] = []
-    for w in (u, v):
-        packed = np.zeros((most, u.shape[1]))
-        packed[place[corner, column], column] = w[corner, column]
-        between = w + share * (w[following] - w)
-        packed[(place + kept)[edge, edge_column], edge_column] = between[edge, edge_column]
-        results.append(np.take_along_axis(packed, last, axis=0))
-    return results[0], results[1]
+def _crossed(pieces: Pieces, distance: FloatArray, above: BoolArray) -> Pieces:
+    """Return what is left of pieces that all have corners above and corners below.
+
+    The corners above follow each other; the points where the border goes down and comes up again complete them.
+    """
+    row, column = np.arange(len(above))[:, None], np.arange(len(pieces.owner))
+    above = above & (row < pieces.size)
+    before = np.roll(above, 1, axis=0)
+    before[0] = above[pieces.size - 1, column]
+    first = np.argmax(above & ~before, axis=0)
+    count = above.sum(axis=0)
+    last = (first + count - 1) % pieces.size
+    down = _zero(pieces, distance, last, (last + 1) % pieces.size)
+    up = _zero(pieces, distance, first, (first - 1) % pieces.size)
+    row = np.arange(int(np.max(count, initial=0)) + 2)[:, None]
+    kept = (first + row) % np.maximum(pieces.size, 1)
+    u, v = (
+        np.where(row < count, np.take_along_axis(w, kept, axis=0), np.where(row == count, w_down, w_up))
+        for w, w_down, w_up in zip((pieces.u, pieces.v), down, up, strict=True)
+    )
+    return Pieces(pieces.owner, count + 2, u, v)
+
+
+def _zero(pieces: Pieces, distance: FloatArray, high: IntArray, low: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return where the distance vanishes between a corner above and its neighbour that is not."""
+    column = np.arange(len(pieces.owner))
+    top, bottom = distance[high, column], np.minimum(distance[low, column], 0)
+    share = top / (top - bottom)
+    u, v = (w[high, column] + share * (w[low, column] - w[high, column]) for w in (pieces.u, pieces.v))
+    return u, v
 
 
 def _side_by_side(blocks: Sequence[FloatArray]) -> FloatArray:

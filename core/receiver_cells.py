@@ -10,7 +10,7 @@ from .part_views import View
 FloatArray = NDArray[np.float64]
 
 # Triangles that every receiver is cut into at least.
-FEWEST = 32
+FEWEST = 16
 # Triangles are smaller than this share of their distance from a blocker, or than its width.
 NEARNESS = 0.5
 # A triangle is small enough when what it may overlook is this share of the tolerance.
@@ -68,22 +68,25 @@ def _cut_at_contacts(view: View) -> list[FloatArray]:
 
 
 def _overlooking(cells: FloatArray, areas: FloatArray, view: View, tolerance: float) -> NDArray[np.bool_]:
-    """Return which triangles may hold a whole shadow between their points.
+    """Return which triangles may hold between their points what the cubature should see.
 
     A blocker of width w, d away from the receiver and e from a source of width s, has a shadow of width
     w + (w + s) d / e, penumbra included, and what it hides varies over lengths of d. By reciprocity all it can hide is
-    twice its own area.
+    twice its own area. An edge that runs close above the receiver has a shadow with a border as narrow as its height.
     """
     centres = cells.mean(axis=1)
     radii = np.linalg.norm(cells - centres[:, None], axis=2).max(axis=1)
     source_width, source_centre = polygon_width(view.second), view.second.mean(axis=0)
+    enough = OVERLOOKED * tolerance
     split = np.zeros(len(cells), dtype=bool)
     for blocker in view.blockers:
-        width = polygon_width(blocker)
+        width, area = polygon_width(blocker), float(np.linalg.norm(area_vector(blocker)))
         beyond = max(float(np.linalg.norm(blocker.mean(axis=0) - source_centre)), view.margin)
-        shadow = width + min(NEARNESS, (width + source_width) / beyond) * _distances(centres, blocker)
-        hidden = np.minimum(areas, 2 * np.linalg.norm(area_vector(blocker)))
-        split |= (radii > shadow) & (hidden > OVERLOOKED * tolerance)
+        heights = (blocker - view.first[0]) @ view.normals[0]
+        distance, border, height = _distances(centres, blocker, heights)
+        shadow = width + min(NEARNESS, (width + source_width) / beyond) * distance
+        split |= (radii > shadow) & (np.minimum(areas, 2 * area) > enough)
+        split |= (radii > border) & (np.minimum(areas, 4 * radii * height) > enough)
     return split
 
 
@@ -93,18 +96,38 @@ def polygon_width(corners: FloatArray) -> float:
     edges /= np.linalg.norm(edges, axis=1, keepdims=True)
     arms = corners[None] - corners[:, None]
     off = arms - np.sum(arms * edges[:, None], axis=2, keepdims=True) * edges[:, None]
-    return float(np.linalg.norm(off, axis=2).max(axis=1).min())
+    return float(np.min(np.linalg.norm(off, axis=2).max(axis=1)))
 
 
-def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
-    """Return the distances of points, shape (m, 3), from a convex polygon [m]."""
-    edges = np.roll(corners, -1, axis=0) - corners
+def _distances(
+    points: FloatArray, corners: FloatArray, heights: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the distances of points from a convex polygon and from its border, and the height where that is closest.
+
+    Parameters
+    ----------
+    points : ndarray of shape (m, 3)
+    corners : ndarray of shape (k, 3)
+    heights : ndarray of shape (k,)
+        Of the corners; heights of edges in between are linear.
+
+    Returns
+    -------
+    three ndarrays of shape (m,)
+        [m]
+    """
+    following = np.roll(np.arange(len(corners)), -1)
+    edges = corners[following] - corners
     normal = area_vector(corners) / np.linalg.norm(area_vector(corners))
     arms = points[:, None] - corners
     share = np.clip(np.sum(arms * edges, axis=2) / np.sum(edges * edges, axis=1), 0, 1)
-    to_border = np.linalg.norm(arms - share[:, :, None] * edges, axis=2).min(axis=1)
+    to_edges = np.linalg.norm(arms - share[:, :, None] * edges, axis=2)
+    above = heights + share * (heights[following] - heights)
+    closest = np.argmin(to_edges, axis=1)
+    rows = np.arange(len(points))
+    border = to_edges[rows, closest]
     inside = (np.sum(arms * np.cross(normal, edges), axis=2) >= 0).all(axis=1)
-    return np.where(inside, np.abs(arms[:, 0] @ normal), to_border)
+    return np.where(inside, np.abs(arms[:, 0] @ normal), border), border, above[rows, closest]
 
 
 def halved(triangles: FloatArray) -> FloatArray:

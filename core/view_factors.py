@@ -58,7 +58,7 @@ def form_factor_matrix(polygons: Sequence[ArrayLike], *, tolerance: float = 1e-4
     exchange = _exchange(outlines, areas, tolerance)
     if closed:
         exchange = _closed(exchange, areas)
-    return exchange / areas[:, None]
+    return np.asarray(exchange / areas[:, None])
 
 
 def _exchange(outlines: list[FloatArray], areas: FloatArray, tolerance: float) -> FloatArray:
