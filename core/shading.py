@@ -37,7 +37,7 @@ def corner_radiance(scene: Scene, patches: Patches, irradiance: FloatArray) -> F
         Radiance L of each of the scene's c corners, linear [W/(m^2 sr)].
     """
     place = _places(scene)
-    smooth = _smooth_groups(place, scene.corner_normals)
+    smooth = _groups(place, scene.corner_normals)
     of_group, lit = _means(smooth, patches, irradiance)
     # Corners of faces without patches take what else is lit at their vertex.
     of_place, _ = _means(place, patches, irradiance)
@@ -52,7 +52,22 @@ def _places(scene: Scene) -> IntArray:
     return np.asarray(np.unique(key, return_inverse=True)[1]).reshape(-1)
 
 
-def _smooth_groups(place: IntArray, normals: FloatArray) -> IntArray:
+def smooth_groups(scene: Scene) -> IntArray:
+    """Return for each corner a number that it shares with those it has to look like.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    ndarray of shape (c,)
+        From 0 up, without gaps: one for each vertex of an object and each normal there.
+    """
+    return _groups(_places(scene), scene.corner_normals)
+
+
+def _groups(place: IntArray, normals: FloatArray) -> IntArray:
     """Return for each corner a number that it shares with the corners at the same place with the same normal."""
     group = np.full(len(place), -1)
     left = np.arange(len(place))

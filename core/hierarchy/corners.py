@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The final gather: irradiance at the corners of the mesh itself, so that shadows stay sharp and no blocks show."""
+
+from collections.abc import Generator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..meshing import Patches
+from ..progress import Progress
+from ..scene import BACK, Scene
+from ..shading import smooth_groups
+from .elements import Elements
+from .quality import Detail
+from .receivers import group_receivers
+from .rows import Scenery, gather, stream_rows
+from .transport import BRIGHT, closed_sum, closures, node_means, parted, sees_no_way_out
+from .tree import Float, Int
+
+STAGE = "Final gather"
+# How far a corner's receiver moves into its faces, as a share of the way to their middle: off the edge, where the faces
+# next door would be seen edge on.
+_INSET = 0.02
+# Rows that add up to less see nothing but what is around them: covered, unless they look out.
+_COVERED = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Receivers that stand for the corners of a mesh.
+
+    Attributes
+    ----------
+    point, normal : ndarray of shape (q, 3)
+        [m]; unit length, on the side that shows.
+    group : ndarray of shape (c,)
+        Receiver of each of the scene's corners: one for each vertex and smooth group.
+    """
+
+    point: Float
+    normal: Float
+    group: Int
+
+
+def corner_receivers(scene: Scene) -> Corners:
+    """Return one receiver for each vertex and smooth group of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Corners
+    """
+    face = scene.corner_face
+    group = smooth_groups(scene)
+    count = np.bincount(group)
+    position = scene.vertices[scene.corner_vertex]
+    first = scene.face_start[:-1]
+    size = np.maximum(np.diff(scene.face_start), 1)
+    middle = np.add.reduceat(position, first, axis=0) / size[:, None] if len(first) else np.zeros((0, 3))
+    into = np.stack([np.bincount(group, (middle[face] - position)[:, k]) for k in range(3)], axis=1) / count[:, None]
+    leader = np.full(len(count), -1)
+    leader[group[::-1]] = np.arange(len(group))[::-1]
+    normal = scene.corner_normals[leader].copy()
+    # Faces without area have no normal of their own; whatever light is there will do.
+    normal[~normal.any(axis=1)] = (0, 0, 1)
+    normal[scene.sides[face[leader]] == BACK] *= -1
+    # Along the surface, not below it: the middles of the faces round a convex corner lie inside.
+    into -= (into * normal).sum(axis=1, keepdims=True) * normal
+    return Corners(position[leader] + _INSET * into, normal, group)
+
+
+def final_gather(
+    corners: Corners,
+    elements: Elements,
+    radiosity: Float,
+    irradiance: Float,
+    scenery: Scenery,
+    patches: Patches,
+    detail: Detail,
+    workers: Executor,
+) -> Generator[Progress, None, tuple[Float, int, int]]:
+    """Gather the light of a solution at the corners.
+
+    Parameters
+    ----------
+    corners : Corners
+    elements : Elements
+    radiosity, irradiance : ndarray of shape (n, 3)
+        Of the elements [W/m^2].
+    scenery : Scenery
+        Lit by that radiosity.
+    patches : Patches
+    detail : Detail
+    workers : concurrent.futures.Executor
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    irradiance : ndarray of shape (q, 3)
+        At the receivers of `corners` [W/m^2].
+    links, rays : int
+    """
+    receivers = group_receivers(corners.point, corners.normal)
+    scale = float(radiosity.max(initial=0.0)) or 1.0
+    # A last column of ones adds up the rows.
+    means = node_means(scenery.sources, elements.area, radiosity / scale)
+    nodes = parted(np.column_stack((means, np.ones(len(means)))), scenery.brightness > BRIGHT)
+    single = nodes.astype(np.float32)
+    parts, links, rays = [], 0, 0
+    for rows in stream_rows(receivers, scenery, detail, workers):
+        parts.append(gather(rows, receivers, single))
+        links += len(rows.weight)
+        rays += rows.rays
+        yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
+    gathered = np.concatenate(parts)
+    shut = np.repeat(sees_no_way_out(receivers, elements.corners, scenery.occluders), np.diff(receivers.first))
+    total = closed_sum(gathered, closures(gathered[:, [3, 7]], shut))
+    light = np.zeros((len(corners.point), 3))
+    light[receivers.index] = scale * total[:, :3]
+    covered = np.zeros(len(light), bool)
+    covered[receivers.index] = shut & (total[:, 3] < _COVERED)
+    _uncover(light, covered, corners, elements, irradiance, patches)
+    return light, links, rays
+
+
+def _uncover(
+    light: Float, covered: NDArray[np.bool_], corners: Corners, elements: Elements, irradiance: Float, patches: Patches
+) -> None:
+    """Give corners inside or under other geometry the light of the nearest lit element beside them, in place."""
+    if not covered.any():
+        return
+    # All elements of the patches that touch a covered corner.
+    group = corners.group[patches.touch_corner]
+    touching = np.flatnonzero(covered[group])
+    begin = np.searchsorted(elements.patch, np.arange(len(patches.area) + 1))
+    patch = patches.touch_patch[touching]
+    count = begin[patch + 1] - begin[patch]
+    pair = np.repeat(np.arange(len(patch)), count)
+    element = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - begin[patch], count)
+    at = group[touching][pair]
+    lit = irradiance[element].any(axis=1)
+    at, element = at[lit], element[lit]
+    apart = elements.centre[element] - corners.point[at]
+    order = np.lexsort(((apart * apart).sum(axis=1), at))
+    first = order[np.flatnonzero(np.diff(at[order], prepend=-1))]
+    light[at[first]] = irradiance[element[first]]

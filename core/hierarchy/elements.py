@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Elements: the pieces of patches that are each given one radiosity, finer where light changes within a patch.
+
+A lamp that hangs a finger's width under a ceiling lights it brightly, but only where the lamp itself hides it. One value
+for a patch half behind the lamp would shine into the room what never leaves the gap. So patches are split, and split
+again, until the light that direct illumination could misplace within an element is a negligible share of all light
+(two-level hierarchy of patches and elements: Cohen, Greenberg, Immel, Brock 1986).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..meshing import Patches
+from ..visibility import Occluders
+from .kernels import far_form_factors, near_form_factors
+from .links import find_links
+from .receivers import group_receivers
+from .sources import build_sources
+from .tree import Float, Int
+
+_DEEPEST = 6
+# Splits where something stands on a patch, and how high above it that is looked for, as a share of its size.
+_CONTACT_DEPTH = 2
+_LIFT = 0.02
+# No more elements than this many times the patches, whatever the lamps.
+_MOST = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """Pieces of patches.
+
+    Attributes
+    ----------
+    corners : ndarray of shape (n, 4, 3)
+        Counter-clockwise seen from the radiating side; a triangle repeats its last corner [m].
+    centre, normal : ndarray of shape (n, 3)
+        [m]; unit length.
+    area : ndarray of shape (n,)
+        [m^2].
+    patch : ndarray of shape (n,)
+        The patch that each is a piece of.
+    """
+
+    corners: Float
+    centre: Float
+    normal: Float
+    area: Float
+    patch: Int
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+
+def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, size: float) -> Elements:
+    """Split patches that are large, where direct light changes within them, and where other surfaces stand on them.
+
+    Parameters
+    ----------
+    patches : Patches
+    occluders : Occluders
+    tolerance : float
+        Power that a single element may misplace, as a share of all emitted power.
+    size : float
+        Side of the largest square element, as a share of the scene's diagonal.
+
+    Returns
+    -------
+    Elements
+        In the order of the patches.
+    """
+    patch = np.arange(len(patches.area))
+    lit = np.flatnonzero(patches.emission.any(axis=1))
+    power = float((patches.area[lit, None] * patches.emission[lit]).sum())
+    done = [(patches.corners, patch)]
+    if power > 0:
+        done = []
+        corners, room = patches.corners, _MOST * len(patch)
+        reflected = patches.reflectance.mean(axis=1)
+        largest = (size * float(np.sqrt((np.ptp(corners.reshape(-1, 3), axis=0) ** 2).sum()))) ** 2
+        for depth in range(_DEEPEST + 1):
+            if depth < _DEEPEST and len(patch):
+                spread = _spread(corners, patches, lit)
+                area = patches.area[patch] / 4**depth
+                coarse = 3 * reflected[patch] * spread * area > tolerance * power
+                coarse |= area > largest
+                if depth < _CONTACT_DEPTH:
+                    coarse |= _stood_on(corners, occluders)
+            else:
+                coarse = np.zeros(len(patch), bool)
+            if 4 * coarse.sum() > room:
+                coarse[:] = False
+            room -= 4 * int(coarse.sum())
+            done.append((corners[~coarse], patch[~coarse]))
+            corners, patch = quarters(corners[coarse]), np.repeat(patch[coarse], 4)
+    corners = np.concatenate([c for c, _ in done])
+    patch = np.concatenate([p for _, p in done])
+    order = np.argsort(patch, kind="stable")
+    return _measured(corners[order], patch[order], patches)
+
+
+def quarters(corners: Float) -> Float:
+    """Split quads and triangles into four alike, one after the other; `(n, 4, 3)` to `(4 n, 4, 3)`."""
+    a, b, c, d = corners.transpose(1, 0, 2)
+    triangle = (c == d).all(axis=1)[:, None]
+    ab, bc, cd, da = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + d), 0.5 * (d + a)
+    middle = 0.5 * (ab + cd)
+    quads = np.stack((a, ab, middle, da, ab, b, bc, middle, middle, bc, c, cd, da, middle, cd, d), axis=1)
+    ca = 0.5 * (c + a)
+    triangles = np.stack((a, ab, ca, ca, ab, b, bc, bc, ca, bc, c, c, ab, bc, ca, ca), axis=1)
+    return np.where(triangle[:, None], triangles, quads).reshape(-1, 4, 3)
+
+
+def centres(corners: Float) -> Float:
+    """Return the middles of quads and triangles, shape (n, 3) [m]."""
+    triangle = (corners[:, 2] == corners[:, 3]).all(axis=1)[:, None]
+    middle: Float = np.where(triangle, corners[:, :3].mean(axis=1), corners.mean(axis=1))
+    return middle
+
+
+def _spread(corners: Float, patches: Patches, lit: Int) -> Float:
+    """Return how far the unblocked direct light of an element's quarters lies from their mean [W/m^2]."""
+    # Emitters only: few links, and no rays, for what is near a lamp is hardly hidden from it.
+    sources = build_sources(patches.corners[lit], patches.centre[lit], patches.normal[lit], patches.area[lit])
+    shining = patches.emission[lit].mean(axis=1)
+    power = sources.tree.sums((patches.area[lit] * shining)[:, None])[:, 0]
+    parts = quarters(corners)
+    normal = np.cross(parts[:, 2] - parts[:, 0], parts[:, 3] - parts[:, 1])
+    normal /= np.maximum(np.sqrt((normal * normal).sum(axis=1, keepdims=True)), 1e-300)
+    receivers = group_receivers(centres(parts), normal)
+    links = find_links(receivers, np.arange(len(receivers)), sources, np.ones(len(power)), angle=0.7, error=np.inf)
+    count = np.diff(receivers.first)[links.group]
+    pair = np.repeat(np.arange(len(count)), count)
+    receiver = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - receivers.first[links.group], count)
+    factors = np.zeros(len(pair))
+    near, node = links.near[pair], links.node[pair]
+    for where, exact in ((np.flatnonzero(near), True), (np.flatnonzero(~near), False)):
+        point, facing = receivers.point[receiver[where]], receivers.normal[receiver[where]]
+        if exact:
+            patch = lit[sources.tree.order[sources.tree.start[node[where]]]]
+            factors[where] = near_form_factors(point, facing, patches.corners[patch])
+        else:
+            factors[where] = far_form_factors(point, facing, sources, node[where])
+    light = np.zeros(len(normal))
+    light[receivers.index] = np.bincount(receiver, factors * (power / sources.area)[node], len(normal))
+    light = light.reshape(-1, 4)
+    spread: Float = np.abs(light - light.mean(axis=1, keepdims=True)).mean(axis=1)
+    return spread
+
+
+def _stood_on(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
+    """Return on which elements something stands between the middle and a quarter's middle, shape (n,)."""
+    middle = centres(corners)
+    around = centres(quarters(corners))
+    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    size = np.sqrt(np.sqrt((vector * vector).sum(axis=1)))
+    lift = _LIFT * vector / np.maximum(size, 1e-300)[:, None]
+    between = occluders.blocked(np.repeat(middle + lift, 4, axis=0), around + np.repeat(lift, 4, axis=0))
+    stood: NDArray[np.bool_] = between.reshape(-1, 4).any(axis=1)
+    return stood
+
+
+def _measured(corners: Float, patch: Int, patches: Patches) -> Elements:
+    """Return elements with their measures; one that is a whole patch keeps the patch's own."""
+    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    area = np.sqrt((vector * vector).sum(axis=1))
+    normal = vector / np.maximum(area, 1e-300)[:, None]
+    whole = np.bincount(patch, minlength=len(patches.area))[patch] == 1
+    area[whole], normal[whole] = patches.area[patch[whole]], patches.normal[patch[whole]]
+    return Elements(corners, centres(corners), normal, area, patch)

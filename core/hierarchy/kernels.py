@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Form factors from receivers to nodes of the hierarchy, without visibility."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..form_factors import point_to_polygon
+from .sources import Sources
+from .tree import Float, Int
+
+Single = NDArray[np.float32]
+
+# Pairs worked on at a time: their temporaries stay in a core's second-level cache.
+_BLOCK = 8192
+_TINY = np.float32(1e-36)
+
+
+def far_form_factors(point: Float, normal: Float, sources: Sources, node: Int) -> Single:
+    """Integrate the kernel over far nodes by four points each.
+
+    Parameters
+    ----------
+    point, normal : ndarray of shape (k, 3)
+        Receivers [m], pair by pair.
+    sources : Sources
+    node : ndarray of shape (k,)
+
+    Returns
+    -------
+    ndarray of shape (k,)
+    """
+    factors = np.zeros(len(node), np.float32)
+    for first in range(0, len(node), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        p = np.ascontiguousarray(point[part].T)
+        n = np.ascontiguousarray(normal[part].T, dtype=np.float32)
+        s = node[part]
+        q = sources.quadrature[s].transpose(1, 2, 0)
+        v = sources.vector[s].transpose(1, 2, 0).astype(np.float32)
+        total = np.zeros(p.shape[1], np.float32)
+        for k in range(4):
+            # The difference in double precision: a scene may lie far from the origin.
+            x, y, z = (q[k] - p).astype(np.float32)
+            squared = x * x + y * y + z * z
+            here = np.maximum(n[0] * x + n[1] * y + n[2] * z, 0)
+            there = np.maximum(-(v[k, 0] * x + v[k, 1] * y + v[k, 2] * z), 0)
+            total += here * there / np.maximum(squared * squared, _TINY)
+        factors[part] = total / np.pi
+    return factors
+
+
+def near_form_factors(point: Float, normal: Float, polygons: Float) -> Single:
+    """Integrate the kernel over near patches exactly, see `form_factors.point_to_polygon`."""
+    factors: Single = point_to_polygon(point, normal, polygons).astype(np.float32)
+    return factors

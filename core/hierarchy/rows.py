@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rows of the transport: for each group of receivers the nodes it is lit by, with form factor times visible share."""
+
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..visibility import Occluders
+from .kernels import Single, far_form_factors, near_form_factors
+from .links import Links, find_links
+from .quality import Detail
+from .rays import SourcePoints, visible_share
+from .receivers import Receivers
+from .sources import Sources
+from .tree import Float, Int
+
+# Groups that one task computes: enough for NumPy to be busy, few enough to show progress and to be cancelled.
+TASK = 32
+# Tasks computed ahead of the one that is waited for.
+_AHEAD = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """What light travels through: the sources and what stands between.
+
+    Attributes
+    ----------
+    sources : Sources
+    corners : ndarray of shape (n, 4, 3)
+        The elements that the sources are made of [m].
+    brightness : ndarray of shape (m,)
+        Radiosity of each node over a typical irradiance: what is worth following.
+    targets : SourcePoints
+    occluders : Occluders
+    """
+
+    sources: Sources
+    corners: Float
+    brightness: Float
+    targets: SourcePoints
+    occluders: Occluders
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Dense blocks of weights, one for each group.
+
+    Attributes
+    ----------
+    group : ndarray of shape (g,)
+        Groups of the receivers, ascending.
+    first : ndarray of shape (g + 1,)
+        First link of each.
+    node : ndarray of shape (k,)
+        Source of each link.
+    begin : ndarray of shape (g + 1,)
+        First weight of each group.
+    weight : ndarray of shape (w,)
+        For each group its links, for each link its receivers: form factor times visible share.
+    rays : int
+        Cast on the way.
+    """
+
+    group: Int
+    first: Int
+    node: Int
+    begin: Int
+    weight: Single
+    rays: int
+
+    def blocks(self, receivers: Receivers) -> Iterator[tuple[slice, Int, Single]]:
+        """Yield each group's receivers, its nodes, shape (k,), and their weights, shape (k, receivers)."""
+        for index, group in enumerate(self.group):
+            run = slice(receivers.first[group], receivers.first[group + 1])
+            nodes = self.node[self.first[index] : self.first[index + 1]]
+            weight = self.weight[self.begin[index] : self.begin[index + 1]]
+            yield run, nodes, weight.reshape(len(nodes), run.stop - run.start)
+
+
+def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Detail) -> Rows:
+    """Compute the rows of some groups.
+
+    Parameters
+    ----------
+    receivers : Receivers
+    groups : ndarray of shape (g,)
+        Ascending.
+    scenery : Scenery
+    detail : Detail
+
+    Returns
+    -------
+    Rows
+    """
+    sources = scenery.sources
+    links = find_links(receivers, groups, sources, scenery.brightness, angle=detail.angle, error=detail.error)
+    count = np.diff(receivers.first)[links.group]
+    pair = np.repeat(np.arange(len(count)), count)
+    receiver = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - receivers.first[links.group], count)
+    weight = _form_factors(receivers, receiver, links, pair, scenery)
+    shining = np.flatnonzero(weight > 0)
+    node = links.node[pair[shining]]
+    # Rays go where the light is: a dim far link gets one.
+    carried = weight[shining] * scenery.brightness[node]
+    rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
+    share, cast = visible_share(
+        receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
+    )
+    weight[shining] *= share
+    first = np.searchsorted(links.group, np.append(groups, np.iinfo(np.int64).max))
+    begin = np.concatenate(([0], np.cumsum(count)))[first]
+    return Rows(groups, first, links.node, begin, weight, cast)
+
+
+def stream_rows(
+    receivers: Receivers, scenery: Scenery, detail: Detail, workers: Executor, groups: Int | None = None
+) -> Iterator[Rows]:
+    """Compute the rows of all groups, or of some, in tasks, and yield them in order, whoever finishes first.
+
+    Closing the iterator cancels what has not begun.
+    """
+    groups = np.arange(len(receivers)) if groups is None else groups
+    ahead: deque[Future[Rows]] = deque()
+    try:
+        for first in range(0, len(groups), TASK):
+            part = groups[first : first + TASK]
+            ahead.append(workers.submit(build_rows, receivers, part, scenery, detail))
+            if len(ahead) > _AHEAD:
+                yield ahead.popleft().result()
+        while ahead:
+            yield ahead.popleft().result()
+    finally:
+        for future in ahead:
+            future.cancel()
+
+
+def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, scenery: Scenery) -> Single:
+    """Return the form factor of every pair of a receiver and a node, visibility aside."""
+    sources = scenery.sources
+    factors = np.zeros(len(pair), np.float32)
+    near = links.near[pair]
+    far = np.flatnonzero(~near)
+    factors[far] = far_form_factors(
+        receivers.point[receiver[far]], receivers.normal[receiver[far]], sources, links.node[pair[far]]
+    )
+    close = np.flatnonzero(near)
+    element = sources.tree.order[sources.tree.start[links.node[pair[close]]]]
+    factors[close] = near_form_factors(
+        receivers.point[receiver[close]], receivers.normal[receiver[close]], scenery.corners[element]
+    )
+    return factors
+
+
+def gather(rows: Rows, receivers: Receivers, radiosity: Single) -> Float:
+    """Add up the light of every link.
+
+    Parameters
+    ----------
+    rows : Rows
+    receivers : Receivers
+    radiosity : ndarray of shape (m, k), float32
+        Of each node [W/m^2].
+
+    Returns
+    -------
+    ndarray of shape (r, k)
+        Irradiance at the receivers of the rows' groups, in their order [W/m^2].
+    """
+    parts = [weight.T @ radiosity[node] for _, node, weight in rows.blocks(receivers)]
+    return np.concatenate(parts).astype(float) if parts else np.zeros((0, radiosity.shape[1]))
+
+
+def received(rows: Rows, receivers: Receivers, area: Float, nodes: int) -> Float:
+    """Return the area-weighted sum of each node's weights: what the receivers get from a node of radiosity one.
+
+    Parameters
+    ----------
+    rows : Rows
+    receivers : Receivers
+    area : ndarray of shape (r,)
+        Of the receivers, in their order [m^2].
+    nodes : int
+        How many nodes there are.
+
+    Returns
+    -------
+    ndarray of shape (nodes,)
+        [m^2].
+    """
+    parts = [weight @ area[run] for run, _, weight in rows.blocks(receivers)]
+    return np.bincount(rows.node, np.concatenate(parts), nodes) if parts else np.zeros(nodes)

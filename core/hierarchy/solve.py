@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The hierarchical method from patches to light: elements, a first look, links, bounces, and a final gather."""
+
+from collections.abc import Generator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..gathering import gathering
+from ..meshing import Patches
+from ..progress import Progress
+from ..solution import Solution
+from ..visibility import Occluders
+from .elements import Elements, split_patches
+from .quality import Quality
+from .rows import Scenery, gather, stream_rows
+from .receivers import group_receivers
+from .transport import HierarchicalTransport, build_scenery, hierarchical_transport, node_means, relit
+from .tree import Float
+
+# Reflectance that the ambient light of the first look is estimated with, at most.
+_MOST_AMBIENT = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Lit:
+    """Light on all elements, and what it travelled through.
+
+    Attributes
+    ----------
+    elements : Elements
+    transport : HierarchicalTransport
+    solution : Solution
+        On the elements.
+    scenery : Scenery
+        Lit by the solution, for a final gather.
+    rays : int
+        Cast up to here.
+    """
+
+    elements: Elements
+    transport: HierarchicalTransport
+    solution: Solution
+    scenery: Scenery
+    rays: int
+
+
+def solve(
+    patches: Patches,
+    occluders: Occluders,
+    quality: Quality,
+    workers: Executor,
+    *,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+) -> Generator[Progress, None, Lit]:
+    """Light patches through a hierarchy of sources.
+
+    Parameters
+    ----------
+    patches : Patches
+    occluders : Occluders
+    quality : Quality
+    workers : concurrent.futures.Executor
+        Who computes; the result does not depend on it, bit for bit.
+    iterations, tolerance
+        Stop rules, see `gathering`.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Lit
+    """
+    elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
+    E, rho = patches.emission[elements.patch], patches.reflectance[elements.patch]
+    guess, typical, rays = yield from _first_look(elements, E, rho, occluders, quality, workers)
+    scenery = build_scenery(elements, guess, typical, occluders)
+    transport = yield from hierarchical_transport(elements, scenery, quality.solve, workers)
+    solution = yield from gathering(transport, E, rho, iterations=iterations, tolerance=tolerance)
+    typical = typical_irradiance(elements, solution.irradiance) or typical
+    return Lit(
+        elements,
+        transport,
+        solution,
+        relit(scenery, elements, solution.radiosity, typical),
+        rays + transport.rays,
+    )
+
+
+def typical_irradiance(elements: Elements, irradiance: Float) -> float:
+    """Return the irradiance that errors are judged by: the mean over all area and channels [W/m^2]."""
+    return float(elements.area @ irradiance.mean(axis=1) / elements.area.sum())
+
+
+def patch_solution(lit: Lit, patches: Patches) -> Solution:
+    """Return the solution on whole patches: the means over their elements."""
+    elements, solution = lit.elements, lit.solution
+    A = np.bincount(elements.patch, elements.area, len(patches.area))
+
+    def mean(values: Float) -> Float:
+        sums = [np.bincount(elements.patch, elements.area * values[:, k], len(A)) for k in range(values.shape[1])]
+        return np.stack(sums, axis=1) / A[:, None]
+
+    H = mean(solution.irradiance)
+    return Solution(
+        patches.emission + patches.reflectance * H, H, solution.iterations, solution.converged, solution.residual
+    )
+
+
+def _first_look(
+    elements: Elements, emission: Float, reflectance: Float, occluders: Occluders, quality: Quality, workers: Executor
+) -> Generator[Progress, None, tuple[Float, float, int]]:
+    """Estimate who is bright from direct light and an ambient share of the rest, as shooting displays it."""
+    bright = np.flatnonzero(emission.any(axis=1))
+    lamps = Elements(*(part[bright] for part in (elements.corners, elements.centre, elements.normal, elements.area, elements.patch)))
+    A = elements.area[:, None]
+    grey = min(float((A * reflectance).mean() / A.mean()), _MOST_AMBIENT)
+    everywhere = (A * emission).sum(axis=0) / A.sum() / (1 - grey)
+    scenery = build_scenery(lamps, emission[bright], float(everywhere.mean()), occluders)
+    single = node_means(scenery.sources, lamps.area, emission[bright]).astype(np.float32)
+    receivers = group_receivers(elements.centre, elements.normal)
+    parts, rays = [], 0
+    for rows in stream_rows(receivers, scenery, quality.pilot, workers):
+        parts.append(gather(rows, receivers, single))
+        rays += rows.rays
+        yield Progress("First look", (int(rows.group[-1]) + 1) / len(receivers))
+    H = np.zeros_like(emission)
+    H[receivers.index] = np.concatenate(parts)
+    ambient = (A * reflectance * H).sum(axis=0) / A.sum() / (1 - grey)
+    typical = typical_irradiance(elements, H + ambient)
+    return emission + reflectance * (H + ambient), typical or float(everywhere.mean()), rays

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The hierarchy of sources: what every cluster of patches looks like from afar.
+
+A planar cluster is told by its area, centroid and second moments. Four points at one standard deviation along its
+principal axes integrate any quadratic over it exactly (on a rectangle they are the Gauss-Legendre points). A curved one
+is told by its four grandchildren, each with an area vector of its own: the vectors of a ball sum to nothing, those of
+its quarters do not. So a far cluster costs four evaluations of the kernel whatever it holds.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .tree import Float, Int, Tree, build_tree
+
+# Relative thickness (variance along the normal over variance in the plane) that still counts as planar.
+_FLAT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """Nodes of a tree over elements, as sources of light.
+
+    Attributes
+    ----------
+    tree : Tree
+        Over the elements.
+    area : ndarray of shape (m,)
+        [m^2].
+    normal : ndarray of shape (m, 3)
+        Mean normal, unit length.
+    cone : ndarray of shape (m,)
+        Largest angle between `normal` and an element's normal, as its sine; 1 for more than a right angle.
+    bend : ndarray of shape (m,)
+        The same within what each quadrature point stands for: 0 for planes.
+    flat : ndarray of shape (m,)
+        True for nodes in one plane.
+    centre : ndarray of shape (m, 3)
+        Centroid [m].
+    radius : ndarray of shape (m,)
+        Half diagonal of a rectangle with the same second moments [m].
+    middle, half : ndarray of shape (m, 3)
+        Bounding box [m].
+    quadrature : ndarray of shape (m, 4, 3)
+        Points that stand for the node [m].
+    vector : ndarray of shape (m, 4, 3)
+        Area vectors of those points [m^2].
+    facing : ndarray of shape (m,)
+        Sum of their lengths: the most that an observer can see of the node [m^2].
+    normals : ndarray of shape (n, 3)
+        Of the elements, unit length.
+    """
+
+    tree: Tree
+    area: Float
+    normal: Float
+    cone: Float
+    bend: Float
+    flat: NDArray[np.bool_]
+    centre: Float
+    radius: Float
+    middle: Float
+    half: Float
+    quadrature: Float
+    vector: Float
+    facing: Float
+    normals: Float
+
+
+def build_sources(corners: Float, centre: Float, normal: Float, area: Float, shade: Float | None = None) -> Sources:
+    """Cluster patches into a hierarchy of sources.
+
+    Parameters
+    ----------
+    corners : ndarray of shape (n, 4, 3)
+        Patches [m].
+    centre, normal : ndarray of shape (n, 3)
+        Centroids [m] and unit normals.
+    area : ndarray of shape (n,)
+        [m^2], positive.
+    shade : ndarray of shape (n,), optional
+        Binary logarithm of how bright each is, see `build_tree`.
+
+    Returns
+    -------
+    Sources
+    """
+    tree = build_tree(centre, normal, shade)
+    low, high = tree.extremes(corners.min(axis=1), corners.max(axis=1))
+    total, node_centre, covariance = _moments(tree, corners, centre, area)
+    vector = tree.sums(area[:, None] * normal)
+    length = np.sqrt((vector * vector).sum(axis=1))
+    mean = vector / np.maximum(length, 1e-300)[:, None]
+    cosine = _least_cosine(tree, normal, mean)
+    points = _principal_points(node_centre, covariance, mean)
+    trace = np.trace(covariance, axis1=1, axis2=2)
+    thickness = np.einsum("mi,mij,mj->m", mean, covariance, mean)
+    cone = np.where(cosine > 0, np.sqrt(np.clip(1 - cosine * cosine, 0, 1)), 1.0)
+    flat = (cosine > 1 - 1e-6) & (thickness <= _FLAT * trace)
+    vectors = np.repeat(0.25 * vector[:, None], 4, axis=1)
+    curved = np.flatnonzero(~flat)
+    quarter, share = _grandchildren(tree, curved)
+    points[curved] = node_centre[quarter]
+    vectors[curved] = share[:, :, None] * vector[quarter]
+    bend = np.where(flat, 0.0, cone)
+    bend[curved] = cone[quarter].max(axis=1)
+    return Sources(
+        tree=tree,
+        area=total,
+        normal=mean,
+        cone=cone,
+        bend=bend,
+        flat=flat,
+        centre=node_centre,
+        radius=np.sqrt(3 * trace),
+        middle=0.5 * (low + high),
+        half=0.5 * (high - low),
+        quadrature=points,
+        vector=vectors,
+        facing=np.sqrt((vectors * vectors).sum(axis=2)).sum(axis=1),
+        normals=normal,
+    )
+
+
+def _grandchildren(tree: Tree, nodes: Int) -> tuple[Int, Float]:
+    """Return four nodes below each of some nodes, and which part of each counts: leaves stand in for their children."""
+    below, share = nodes[:, None], np.ones((len(nodes), 1))
+    for width in (2, 4):
+        child = tree.child[below]
+        leaf = child < 0
+        below = np.stack((np.where(leaf, below, child), np.where(leaf, below, child + 1)), axis=2)
+        share = np.repeat(share * np.where(leaf, 0.5, 1.0), 2, axis=1)
+        below = below.reshape(len(nodes), width)
+    return below, share
+
+
+def _moments(tree: Tree, corners: Float, centre: Float, area: Float) -> tuple[Float, Float, Float]:
+    """Return area, centroid and covariance of every node, combined from the leaves upwards (parallel axis theorem)."""
+    first = tree.order[tree.start]
+    A, C = area[first], centre[first]
+    # A quad's own second moment, as that of the parallelogram on its mean edges; a triangle's repeats a corner.
+    u = 0.5 * (corners[:, 1] - corners[:, 0] + corners[:, 2] - corners[:, 3])
+    v = 0.5 * (corners[:, 3] - corners[:, 0] + corners[:, 2] - corners[:, 1])
+    own = (u[:, :, None] * u[:, None] + v[:, :, None] * v[:, None]) / 12
+    M = own[first]
+    for begin, end in reversed(tree.levels):
+        inner = begin + np.flatnonzero(tree.child[begin:end] >= 0)
+        left = tree.child[inner]
+        right = left + 1
+        A[inner] = A[left] + A[right]
+        share = (A[right] / A[inner])[:, None]
+        apart = C[right] - C[left]
+        C[inner] = C[left] + share * apart
+        share = share[:, :, None]
+        M[inner] = (1 - share) * M[left] + share * M[right] + share * (1 - share) * apart[:, :, None] * apart[:, None]
+    return A, C, M
+
+
+def _least_cosine(tree: Tree, normal: Float, mean: Float) -> Float:
+    """Return a lower bound of the cosine between each node's mean normal and those of its patches."""
+    # By bounding boxes of the normals: exact for planes, safe for curved clusters.
+    low, high = tree.extremes(normal, normal)
+    least = np.where(mean > 0, low, high)
+    bound: Float = np.clip((mean * least).sum(axis=1), -1, 1)
+    return bound
+
+
+def _principal_points(centre: Float, covariance: Float, normal: Float) -> Float:
+    """Return the four points at one standard deviation along each node's principal axes in its plane."""
+    # Any frame in the plane will do: the axis least along the normal, made perpendicular.
+    axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
+    t = axis - (axis * normal).sum(axis=1, keepdims=True) * normal
+    t /= np.maximum(np.sqrt((t * t).sum(axis=1, keepdims=True)), 1e-300)
+    b = np.cross(normal, t)
+    tt = np.einsum("mi,mij,mj->m", t, covariance, t)
+    tb = np.einsum("mi,mij,mj->m", t, covariance, b)
+    bb = np.einsum("mi,mij,mj->m", b, covariance, b)
+    angle = 0.5 * np.arctan2(2 * tb, tt - bb)
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    u, v = c * t + s * b, c * b - s * t
+    half, mean = np.hypot(0.5 * (tt - bb), tb), 0.5 * (tt + bb)
+    spread = np.sqrt(np.maximum(np.column_stack((mean + half, mean - half)), 0))
+    u, v = spread[:, :1] * u, spread[:, 1:] * v
+    points: Float = centre[:, None] + np.stack((u + v, u - v, -u - v, v - u), axis=1)
+    return points

@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The hierarchical transport: who lights whom, in links to clusters instead of a matrix of patches.
+
+References
+----------
+P. Hanrahan, D. Salzman, L. Aupperle, A rapid hierarchical radiosity algorithm, SIGGRAPH 1991.
+B. Smits, J. Arvo, D. Greenberg, A clustering algorithm for radiosity in complex environments, SIGGRAPH 1994.
+"""
+
+from collections.abc import Generator
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..memory import available_memory
+from ..errors import RadiosityError
+from ..progress import Progress
+from ..visibility import Occluders
+from .elements import Elements
+from .quality import Detail
+from .rays import SourcePoints
+from .receivers import Receivers, group_receivers
+from .rows import Rows, Scenery, gather, received, stream_rows
+from .sources import Sources, build_sources
+from .tree import Float
+
+STAGE = "Links"
+# Stops of brightness, about a typical one, that clusters are told apart by.
+_DARKEST, _BRIGHTEST = -5.0, 15.0
+# Of a typical irradiance: where nothing shines, rays go anywhere.
+_FAINT = 0.05
+# Nodes this many times as bright as is typical need no putting right.
+BRIGHT = 4.0
+# A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
+_CLOSURE = 0.1
+# What is received may be put right by this factor at most: more would let errors of hidden places out.
+_BALANCE = 1.15
+# Directions that each group is probed in, whether it can see out.
+_PROBES = 16
+
+
+@dataclass(frozen=True, eq=False)
+class HierarchicalTransport:
+    """Links from groups of elements to clusters of elements.
+
+    Attributes
+    ----------
+    elements : Elements
+    sources : Sources
+    receivers : Receivers
+        Centres of the elements.
+    rows : tuple of Rows
+    bright : ndarray of shape (m,)
+        Nodes much brighter than is typical; many rays have seen to it that their links are right.
+    closure : ndarray of shape (n,)
+        What each row's other links are multiplied with, so that in a closed room it adds up to one.
+    balance : ndarray of shape (n,)
+        What each element's radiosity is multiplied with, so that what is received is what was sent.
+    sums : ndarray of shape (n,)
+        Share of each element's light that is received.
+    """
+
+    elements: Elements
+    sources: Sources
+    receivers: Receivers
+    rows: tuple[Rows, ...]
+    bright: NDArray[np.bool_]
+    closure: Float
+    balance: Float
+    sums: Float
+
+    @property
+    def area(self) -> Float:
+        """Areas of the elements, shape (n,) [m^2]."""
+        return self.elements.area
+
+    @property
+    def links(self) -> int:
+        """How many pairs of an element and a cluster there are."""
+        return sum(len(rows.weight) for rows in self.rows)
+
+    @property
+    def rays(self) -> int:
+        """How many rays were cast."""
+        return sum(rows.rays for rows in self.rows)
+
+    def gather(self, radiosity: Float) -> Float:
+        """Return the irradiance of the elements, shape (n, k), for radiosities of shape (n, k) [W/m^2]."""
+        scale = float(np.abs(radiosity).max(initial=0.0)) or 1.0
+        nodes = node_means(self.sources, self.area, self.balance[:, None] * radiosity / scale)
+        return scale * closed_sum(_gathered(self.rows, self.receivers, parted(nodes, self.bright)), self.closure)
+
+    def column(self, j: int) -> Float:
+        """Return F_ij of all elements i for one j, shape (n,)."""
+        alone = np.zeros((len(self.area), 1))
+        alone[j] = 1
+        return self.gather(alone)[:, 0]
+
+    def row_sums(self) -> Float:
+        """Return for each element the share of its light that meets an element, shape (n,)."""
+        return self.sums
+
+
+def node_means(sources: Sources, area: Float, radiosity: Float) -> Float:
+    """Return the mean radiosity of every node, shape (m, k), from that of the elements, shape (n, k)."""
+    sums: Float = sources.tree.sums(area[:, None] * radiosity)
+    return sums / sources.area[:, None]
+
+
+def parted(nodes: Float, bright: NDArray[np.bool_]) -> Float:
+    """Return the bright nodes' values beside those of the others, shape (m, 2 k)."""
+    return np.column_stack((np.where(bright[:, None], nodes, 0), np.where(bright[:, None], 0, nodes)))
+
+
+def closed_sum(gathered: Float, closure: Float) -> Float:
+    """Add up the light of bright nodes and of the others, put right; shape (n, 2 k) to (n, k)."""
+    k = gathered.shape[1] // 2
+    total: Float = gathered[:, :k] + closure[:, None] * gathered[:, k:]
+    return total
+
+
+def closures(sums: Float, shut: NDArray[np.bool_]) -> Float:
+    """Return what makes the rows of those who see no way out add up to one.
+
+    Parameters
+    ----------
+    sums : ndarray of shape (n, 2)
+        Rows over the bright nodes, and over the others.
+    shut : ndarray of shape (n,)
+        Who sees no way out.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        1 for those who do, and where more is missing than a few rays can be wrong by.
+    """
+    missing = 1 - sums.sum(axis=1)
+    closed = shut & (np.abs(missing) < np.minimum(_CLOSURE, 0.5 * sums[:, 1]))
+    return 1 + np.where(closed, missing / np.where(closed, sums[:, 1], 1), 0)
+
+
+def build_scenery(elements: Elements, radiosity: Float, typical: float, occluders: Occluders) -> Scenery:
+    """Cluster elements by where they are and how bright they may be.
+
+    Parameters
+    ----------
+    elements : Elements
+    radiosity : ndarray of shape (n, 3)
+        A guess [W/m^2].
+    typical : float
+        Irradiance that errors are judged by [W/m^2].
+    occluders : Occluders
+
+    Returns
+    -------
+    Scenery
+    """
+    bright = radiosity.mean(axis=1) / typical
+    shade = np.clip(np.log2(np.maximum(bright, 2.0**_DARKEST)), _DARKEST, _BRIGHTEST)
+    sources = build_sources(elements.corners, elements.centre, elements.normal, elements.area, shade)
+    return _scenery(sources, elements, bright, occluders)
+
+
+def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Occluders) -> Scenery:
+    targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
+    brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
+    return Scenery(sources, elements.corners, brightness, targets, occluders)
+
+
+def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float) -> Scenery:
+    """Return the same clusters under other light; parameters as for `build_scenery`."""
+    return _scenery(scenery.sources, elements, radiosity.mean(axis=1) / typical, scenery.occluders)
+
+
+def hierarchical_transport(
+    elements: Elements, scenery: Scenery, detail: Detail, workers: Executor
+) -> Generator[Progress, None, HierarchicalTransport]:
+    """Link all elements to clusters.
+
+    Parameters
+    ----------
+    elements : Elements
+    scenery : Scenery
+        From `build_scenery`.
+    detail : Detail
+    workers : concurrent.futures.Executor
+        Who computes; the result does not depend on it, bit for bit.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    HierarchicalTransport
+
+    Raises
+    ------
+    RadiosityError
+        When the links would not fit into memory.
+    """
+    receivers = group_receivers(elements.centre, elements.normal)
+    rows: list[Rows] = []
+    done = 0
+    for part in stream_rows(receivers, scenery, detail, workers):
+        rows.append(part)
+        done += len(part.group)
+        check_memory(rows, done / len(receivers))
+        yield Progress(STAGE, done / len(receivers))
+    bright = scenery.brightness > BRIGHT
+    sums = _gathered(rows, receivers, parted(np.ones((len(bright), 1)), bright))
+    shut = np.zeros(len(elements), bool)
+    shut[receivers.index] = np.repeat(
+        sees_no_way_out(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
+    )
+    closure, one = closures(sums, shut), np.ones(len(elements))
+    transport = HierarchicalTransport(
+        elements, scenery.sources, receivers, tuple(rows), bright, closure, one, closed_sum(sums, closure)[:, 0]
+    )
+    balance, arrives = _balance(transport)
+    return replace(transport, balance=balance, sums=balance * arrives)
+
+
+def check_memory(rows: list[Rows], share: float) -> None:
+    """Refuse links that will not fit, judged by the share of them that is there."""
+    held = sum(part.weight.nbytes + part.node.nbytes for part in rows)
+    missing, free = held * (1 / share - 1), available_memory()
+    if missing > free:
+        raise RadiosityError(
+            f"The links need {(held + missing) / 2**30:.1f} GiB of memory, and {(held + free) / 2**30:.1f} GiB are "
+            "free: take a lower quality, or larger patches"
+        )
+
+
+def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: Float) -> Float:
+    """Return the irradiance of all receivers in the caller's order, from the radiosity of the nodes."""
+    single = nodes.astype(np.float32)
+    irradiance = np.zeros((len(receivers.index), nodes.shape[1]))
+    irradiance[receivers.index] = np.concatenate([gather(part, receivers, single) for part in rows])
+    return irradiance
+
+
+def sees_no_way_out(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
+    """Probe whether any light of each group leaves the scene.
+
+    Parameters
+    ----------
+    receivers : Receivers
+    corners : ndarray of shape (n, 4, 3)
+        Of everything there is [m].
+    occluders : Occluders
+
+    Returns
+    -------
+    ndarray of shape (g,)
+        True where every probe was blocked.
+    """
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    far = 4 * float(np.sqrt(((high - low) ** 2).sum())) + 1e-300
+    turn = np.arange(len(receivers) * _PROBES)
+    # Even in the cosine and round the normal, in the plane of each group.
+    cosine = ((turn % _PROBES) + 0.5) / _PROBES
+    angle = 2 * np.pi * 0.6180339887498949 * turn
+    group = turn // _PROBES
+    axis = receivers.axis[group]
+    side = np.eye(3)[np.abs(axis).argmin(axis=1)]
+    t = side - (side * axis).sum(axis=1, keepdims=True) * axis
+    t /= np.maximum(np.sqrt((t * t).sum(axis=1, keepdims=True)), 1e-300)
+    b = np.cross(axis, t)
+    sine = np.sqrt(1 - cosine * cosine)
+    way = cosine[:, None] * axis + (sine * np.cos(angle))[:, None] * t + (sine * np.sin(angle))[:, None] * b
+    count = np.diff(receivers.first)[group]
+    origin = receivers.point[receivers.first[group] + turn % np.maximum(count, 1)]
+    blocked = occluders.blocked(origin, origin + far * way)
+    shut: NDArray[np.bool_] = np.logical_and.reduceat(blocked, np.arange(0, len(turn), _PROBES))
+    return shut
+
+
+def _balance(transport: HierarchicalTransport) -> tuple[Float, Float]:
+    """Return what makes what is received from each element what it sent out, and which share of it was received."""
+    sources, receivers, area = transport.sources, transport.receivers, transport.area
+    plain, closed = area[receivers.index], (area * transport.closure)[receivers.index]
+    nodes = np.zeros(len(sources.area))
+    for part in transport.rows:
+        bright = received(part, receivers, plain, len(nodes))
+        nodes += np.where(transport.bright, bright, received(part, receivers, closed, len(nodes)))
+    nodes /= sources.area
+    # What a node sends, its children send as well: add up from the root to the leaves.
+    tree = sources.tree
+    for first, last in tree.levels:
+        inner = first + np.flatnonzero(tree.child[first:last] >= 0)
+        nodes[tree.child[inner]] += nodes[inner]
+        nodes[tree.child[inner] + 1] += nodes[inner]
+    leaf = np.flatnonzero(tree.child < 0)
+    arrives = np.zeros(len(area))
+    arrives[tree.order[tree.start[leaf]]] = nodes[leaf]
+    sent = transport.sums
+    balance = np.where(arrives > 0, sent / np.where(arrives > 0, arrives, 1), 1.0)
+    return np.clip(balance, 1 / _BALANCE, _BALANCE), arrives

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A binary tree of clusters over patches: what is far is one source.
+
+Clusters follow position *and* orientation, so that a wall becomes a subtree of its own and a curved object falls into
+face clusters (Willmott, Heckbert, Garland 1999) before its far sides are taken together (Smits, Arvo, Greenberg 1994).
+A node covers a contiguous run of `Tree.order`; parents come before their children, siblings side by side.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+# A split that leaves less than this share of a node on one side is replaced by one through the median.
+_LEAST_SHARE = 1 / 8
+# Weights of orientation, of the plane's offset and of a stop of brightness against position, for the longest axis.
+_NORMAL_WEIGHT = 0.7
+_OFFSET_WEIGHT = 3.0
+_SHADE_WEIGHT = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Nodes over elements (patches or receiver points).
+
+    Attributes
+    ----------
+    order : ndarray of shape (n,)
+        Elements in the order of the leaves.
+    start, stop : ndarray of shape (m,)
+        Run of `order` that each node covers.
+    child : ndarray of shape (m,)
+        First of the two children (the second follows it); -1 for a leaf.
+    levels : tuple of (int, int)
+        Run of nodes on each level, the root's first.
+    """
+
+    order: Int
+    start: Int
+    stop: Int
+    child: Int
+    levels: tuple[tuple[int, int], ...]
+
+    @property
+    def size(self) -> Int:
+        """Elements below each node, ndarray of shape (m,)."""
+        return self.stop - self.start
+
+    def sums(self, values: Float) -> Float:
+        """Add up a value of each element over every node.
+
+        Parameters
+        ----------
+        values : ndarray of shape (n, k)
+            In the elements' own order.
+
+        Returns
+        -------
+        ndarray of shape (m, k)
+        """
+        total = np.zeros((len(self.order) + 1, values.shape[1]))
+        np.cumsum(values[self.order], axis=0, out=total[1:])
+        sums: Float = total[self.stop] - total[self.start]
+        return sums
+
+    def extremes(self, lower: Float, upper: Float) -> tuple[Float, Float]:
+        """Bound the elements of every node, from the leaves upwards.
+
+        Parameters
+        ----------
+        lower, upper : ndarray of shape (n, k)
+            Bounds of each element.
+
+        Returns
+        -------
+        lower, upper : ndarray of shape (m, k)
+        """
+        low, high = lower[self.order[self.start]], upper[self.order[self.start]]
+        for first, last in reversed(self.levels):
+            inner = first + np.flatnonzero(self.child[first:last] >= 0)
+            child = self.child[inner]
+            low[inner] = np.minimum(low[child], low[child + 1])
+            high[inner] = np.maximum(high[child], high[child + 1])
+        return low, high
+
+    def cut(self, most: int) -> Int:
+        """Give the highest nodes of at most `most` elements; together they cover every element once."""
+        size = self.size
+        parent_size = np.full(len(size), len(self.order) + most + 1)
+        inner = np.flatnonzero(self.child >= 0)
+        parent_size[self.child[inner]] = parent_size[self.child[inner] + 1] = size[inner]
+        nodes = np.flatnonzero((size <= most) & (parent_size > most))
+        return nodes[np.argsort(self.start[nodes], kind="stable")]
+
+
+def build_tree(position: Float, normal: Float, shade: Float | None = None) -> Tree:
+    """Split elements by the longest axis of position, orientation and plane offset until each stands alone.
+
+    Parameters
+    ----------
+    position : ndarray of shape (n, 3)
+        Centres [m].
+    normal : ndarray of shape (n, 3)
+        Unit normals.
+    shade : ndarray of shape (n,), optional
+        Binary logarithm of how bright each is: what is unevenly lit is parted, too.
+
+    Returns
+    -------
+    Tree
+    """
+    n = len(position)
+    shade = np.zeros(n) if shade is None else shade
+    order = np.arange(n)
+    starts, stops = [np.array([0])], [np.array([n])]
+    children: list[Int] = []
+    levels = [(0, 1)]
+    while True:
+        start, stop = starts[-1], stops[-1]
+        first, last = levels[-1]
+        inner = np.flatnonzero(stop - start > 1)
+        child = np.full(last - first, -1)
+        child[inner] = last + 2 * np.arange(len(inner))
+        children.append(child)
+        if not len(inner):
+            break
+        middle = _split(order, start[inner], stop[inner], position, normal, shade)
+        starts.append(np.column_stack((start[inner], middle)).ravel())
+        stops.append(np.column_stack((middle, stop[inner])).ravel())
+        levels.append((last, last + 2 * len(inner)))
+    return Tree(order, np.concatenate(starts), np.concatenate(stops), np.concatenate(children), tuple(levels))
+
+
+def _split(order: Int, start: Int, stop: Int, position: Float, normal: Float, shade: Float) -> Int:
+    """Reorder the runs start:stop of `order` in place, each into two halves, and return where the second begins."""
+    size = stop - start
+    first = np.concatenate(([0], np.cumsum(size)[:-1]))
+    segment = np.repeat(np.arange(len(size)), size)
+    slot = np.arange(size.sum()) - np.repeat(first - start, size)
+    element = order[slot]
+    # Coordinates relative to each node's middle, so that a plane's offset does not depend on where the origin is.
+    x, n = position[element], normal[element]
+    low, high = np.minimum.reduceat(x, first), np.maximum.reduceat(x, first)
+    extent = high - low
+    reach = extent.max(axis=1)
+    x = x - (0.5 * (low + high))[segment]
+    offset = _OFFSET_WEIGHT * (x * n).sum(axis=1)
+    apart = (_SHADE_WEIGHT * reach)[segment] * shade[element]
+    feature = np.column_stack((x, n * (_NORMAL_WEIGHT * reach)[segment, None], offset, apart))
+    low, high = np.minimum.reduceat(feature, first), np.maximum.reduceat(feature, first)
+    axis = (high - low).argmax(axis=1)
+    value = feature[np.arange(len(segment)), axis[segment]]
+    cut = 0.5 * (low + high)[np.arange(len(axis)), axis]
+    right = value > cut[segment]
+    count = np.add.reduceat(right.astype(np.int64), first)
+    # A lopsided split would make the tree as deep as it is wide: take the median there.
+    lopsided = np.minimum(count, size - count) < np.where(axis < 7, _LEAST_SHARE * size, 1)
+    if lopsided.any():
+        here = np.flatnonzero(lopsided[segment])
+        ranked = here[np.lexsort((value[here], segment[here]))]
+        # `here` runs segment by segment, as `ranked` does, so a place in the one is a rank in the other.
+        right[ranked] = here - first[segment[here]] >= size[segment[here]] // 2
+        count = np.add.reduceat(right.astype(np.int64), first)
+    order[slot] = element[np.argsort(2 * segment + right, kind="stable")]
+    return stop - count
