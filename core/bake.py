@@ -10,18 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import RadiosityError
-from .gathering import gathering
 from .memory import peak_memory
 from .meshing import Patches, mesh
+from .methods import METHODS, Solved
 from .progress import Progress
-from .report import Report, energy_balance, object_counts, row_sum_range, scene_counts
+from .report import Report, object_counts, row_sum_range, scene_counts
 from .scene import Scene
 from .settings import Settings
-from .shading import corner_radiance
-from .shooting import shooting
 from .solution import Solution
-from .surfaces import occluder_polygons
-from .transport import column_transport, dense_transport, reciprocity_error
 from .visibility import Occluders, scene_occluders
 
 FloatArray = NDArray[np.float64]
@@ -50,34 +46,6 @@ class Bake:
     patches: Patches
     solution: Solution
     report: Report
-
-
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """What a method hands back: the part of a bake that differs between them.
-
-    Attributes
-    ----------
-    solution : Solution
-    row_sums : ndarray of shape (n,)
-        Share of each patch's light that meets a patch; NaN where not known.
-    reciprocity : float or None
-        How far the form factors are from A_i F_ij = A_j F_ji, relative to their sum; None where not known.
-    links, rays : int
-        Pairs that exchange light, and segments tested for visibility.
-    solving_since : float
-        When the form factors were done and the solving began [s]; a reading of `time.perf_counter`.
-    corner_radiance : ndarray of shape (c, 3), optional
-        Colours of the corners, for a method that computes them itself [W/(m^2 sr)].
-    """
-
-    solution: Solution
-    row_sums: FloatArray
-    reciprocity: float | None
-    links: int
-    rays: int
-    solving_since: float
-    corner_radiance: FloatArray | None = None
 
 
 def bake(
@@ -117,27 +85,11 @@ def bake(
     patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
     meshed = time.perf_counter()
     occluders = occluders or scene_occluders(scene, patches)
-    # The one place where the methods part.
-    if settings.method == "hierarchical":
-        raise RadiosityError("The method 'hierarchical' is not there yet: take 'gathering' or 'shooting'")
-    if settings.method == "gathering":
-        solved = yield from _gather(scene, patches, settings, occluders, executor)
-    else:
-        solved = yield from _shoot(scene, patches, settings, occluders)
-    shading_since = time.perf_counter()
-    yield Progress("Colours", 0.0, radiosity=solved.solution.radiosity)
-    colours = solved.corner_radiance
-    if colours is None:
-        colours = corner_radiance(scene, patches, solved.solution.irradiance)
-    ended = time.perf_counter()
-    seconds = {
-        "mesh": meshed - began,
-        "form_factors": solved.solving_since - meshed,
-        "solve": shading_since - solved.solving_since,
-        "shade": ended - shading_since,
-        "total": ended - began,
-    }
-    return Bake(colours, patches, solved.solution, _report(scene, patches, settings, solved, seconds))
+    yield Progress("Surfaces", 1.0)
+    solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)
+    seconds = {"mesh": meshed - began} | solved.seconds | {"total": time.perf_counter() - began}
+    report = _report(scene, patches, settings, solved, seconds)
+    return Bake(solved.corner_radiance, patches, solved.solution, report)
 
 
 def _require_light(scene: Scene) -> None:
@@ -148,48 +100,7 @@ def _require_light(scene: Scene) -> None:
         raise RadiosityError("There is no light: give a material emission")
 
 
-def _gather(
-    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders, executor: Executor | None
-) -> Generator[Progress, None, Solved]:
-    """Solve with the whole matrix (T5, T13)."""
-    surfaces = occluder_polygons(scene, patches)
-    transport = yield from dense_transport(
-        patches, occluders, kernel=settings.form_factors, surfaces=surfaces, executor=executor
-    )
-    reciprocity = reciprocity_error(transport)
-    now = time.perf_counter()
-    solution = yield from gathering(
-        transport,
-        patches.emission,
-        patches.reflectance,
-        iterations=settings.iterations,
-        tolerance=settings.tolerance,
-    )
-    return Solved(solution, transport.sums, reciprocity, transport.links, transport.rays, now)
-
-
-def _shoot(
-    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders
-) -> Generator[Progress, None, Solved]:
-    """Solve with columns on demand (T8)."""
-    transport = column_transport(
-        patches, occluders, kernel=settings.form_factors, surfaces=occluder_polygons(scene, patches)
-    )
-    now = time.perf_counter()
-    solution = yield from shooting(
-        transport,
-        patches.emission,
-        patches.reflectance,
-        # As many shots as that many sweeps have patches.
-        iterations=settings.iterations * len(patches.area),
-        tolerance=settings.tolerance,
-    )
-    return Solved(solution, transport.row_sums(), None, transport.links, transport.rays, now)
-
-
-def _report(
-    scene: Scene, patches: Patches, settings: Settings, solved: Solved, seconds: dict[str, float]
-) -> Report:
+def _report(scene: Scene, patches: Patches, settings: Settings, solved: Solved, seconds: dict[str, float]) -> Report:
     """Put the figures together."""
     solution = solved.solution
     rows = row_sum_range(solved.row_sums, patches.area)
@@ -214,7 +125,7 @@ def _report(
         residual=solution.residual,
         row_sum=rows,
         reciprocity=solved.reciprocity,
-        energy=energy_balance(patches.area, patches.emission, patches.reflectance, solution, solved.row_sums),
+        energy=solved.energy,
         seconds=seconds,
         peak_memory_mb=peak_memory() / 2**20,
         objects=object_counts(scene),

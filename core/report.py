@@ -36,7 +36,7 @@ class Energy:
     Attributes
     ----------
     emitted, absorbed, escaped : float
-        Sum of A E, of A (1 - rho) H, and of A B (1 - row sum) [W].
+        Sum of A E, of A (1 - rho) H, and of A B (1 - share that meets a patch) [W].
     error : float
         abs(emitted - absorbed - escaped) / emitted.
     """
@@ -128,7 +128,7 @@ def row_sum_range(row_sums: FloatArray, area: FloatArray) -> RowSums:
 
 
 def energy_balance(
-    area: FloatArray, emission: FloatArray, reflectance: FloatArray, solution: Solution, row_sums: FloatArray
+    area: FloatArray, emission: FloatArray, reflectance: FloatArray, solution: Solution, sent: FloatArray
 ) -> Energy:
     """Add up where the light of a solution went.
 
@@ -139,19 +139,20 @@ def energy_balance(
     emission, reflectance : ndarray of shape (n, 3)
         E [W/m^2] and rho.
     solution : Solution
-    row_sums : ndarray of shape (n,)
-        Share of each patch's light that meets a patch. More than 1 counts as 1: nothing escapes. NaN, for a patch that
-        has not shot, counts as 1 too: its light is still there, and shows up in the error.
+    sent : ndarray of shape (n,)
+        Share of each patch's light that the solver let meet a patch. NaN, for a patch that has not shot, counts as 1:
+        its light is still there, and shows up in the error.
 
     Returns
     -------
     Energy
+        What escaped is a little below zero when form factors add up to more than 1.
     """
     A = area[:, None]
     emitted = float((A * emission).sum())
     absorbed = float((A * (1.0 - reflectance) * solution.irradiance).sum())
-    meets = np.minimum(np.nan_to_num(row_sums, nan=1.0), 1.0)[:, None]
-    escaped = float((A * solution.radiosity * (1.0 - meets)).sum())
+    lost = 1.0 - np.nan_to_num(sent, nan=1.0)[:, None]
+    escaped = float((A * solution.radiosity * lost).sum())
     error = abs(emitted - absorbed - escaped) / emitted if emitted else 0.0
     return Energy(emitted, absorbed, escaped, error)
 

@@ -2,7 +2,8 @@
 """Who lights whom, as the solvers see it: the matrix of form factors F, whole (T13) or a column at a time (T8).
 
 F_ij is the share of the light from i that reaches j, and by reciprocity (A_i F_ij = A_j F_ji) what i receives from j:
-H = F B. A patch that would send out more than it has, because its factors' small errors add up, sends that much less.
+H = F B. The factors from a patch should add up to 1 in a closed room; their errors may make it a little more. What is
+above `MOST_SENT` is taken out, so that light always dies away and the solvers always converge.
 """
 
 import os
@@ -34,6 +35,8 @@ STAGE = "Form factors"
 BLOCK_BYTES = 48 * 2**20
 # Rows and columns of the squares that the matrix is compared with its transpose by.
 TILE = 1024
+# Share of its light that a patch may send out: times the highest reflectance that a scene may have, 0.99, it is below 1.
+MOST_SENT = 1.01
 # Columns that shooting keeps, so that a patch that shoots again costs nothing [bytes].
 KEPT_BYTES = 256 * 2**20
 
@@ -70,7 +73,8 @@ class DenseTransport:
     area : ndarray of shape (n,)
         [m^2].
     sums : ndarray of shape (n,)
-        Share of each patch's light that meets a patch, as computed; what exceeds 1 has been taken out of `matrix`.
+        Share of each patch's light that meets a patch, as computed; what exceeds `MOST_SENT` has been taken out of
+        `matrix`.
     links : int
         Factors above zero.
     rays : int
@@ -170,7 +174,7 @@ class ColumnTransport:
         self._sums[members] = sums
         self.links += int(np.count_nonzero(columns))
         columns *= _inverse(self._area)[:, None]
-        columns *= _at_most_one(sums)
+        columns *= _limited(sums)
         return columns
 
 
@@ -255,8 +259,8 @@ def dense_transport(
             done += len(i)
             yield Progress(STAGE, 1.0 - (1.0 - done / n) ** 2)
     sums *= over_area
-    if np.any(sums > 1.0):
-        matrix *= _at_most_one(sums).astype(np.float32)
+    if np.any(sums > MOST_SENT):
+        matrix *= _limited(sums).astype(np.float32)
     return DenseTransport(matrix, patches.area, sums, links, rays)
 
 
@@ -330,6 +334,6 @@ def _inverse(area: FloatArray) -> FloatArray:
     return np.divide(1.0, area, out=np.zeros_like(area), where=area > 0.0)
 
 
-def _at_most_one(sums: FloatArray) -> FloatArray:
-    """Return what to multiply columns with, so that no patch sends out more than it has."""
-    return np.asarray(1.0 / np.maximum(sums, 1.0))
+def _limited(sums: FloatArray) -> FloatArray:
+    """Return what to multiply columns with, so that no patch sends out more than `MOST_SENT`."""
+    return np.asarray(1.0 / np.maximum(sums / MOST_SENT, 1.0))

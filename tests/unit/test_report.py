@@ -29,9 +29,9 @@ def test_energy_is_watts_over_all_channels():
     solution = Solution(E + rho * H, H, 1, True, 0.0)
     energy = energy_balance(area, E, rho, solution, np.array([0.25, 1.5]))
     assert energy.emitted == 12.0 and energy.absorbed == 2.0
-    # The second patch sees nothing but other patches, even if its factors say more than that.
-    assert energy.escaped == 0.75 * 12.0
-    assert energy.error == pytest.approx(1.0 / 12.0)
+    # The second patch sends out half as much again as it has.
+    assert energy.escaped == 0.75 * 12.0 - 0.5 * 2.0
+    assert energy.error == pytest.approx(2.0 / 12.0)
     # Light that has not been shot has not escaped either.
     assert energy_balance(area, E, rho, solution, np.full(2, np.nan)).escaped == 0.0
 
