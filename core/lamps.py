@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sources of light that are no surfaces: lamps and the sky. They light receivers directly and are met by no ray.
+
+What they send is radiometric, as Blender means it: a point lamp of P watts has the intensity P / (4 pi), an area lamp
+the radiance P / (pi A), a sun the irradiance of a surface that faces it, a sky its radiance.
+"""
+
+from collections.abc import Sequence
+from math import ceil, sqrt
+
+import numpy as np
+
+from .area_lamps import AreaLamp
+from .arrays import FloatArray
+from .round_lamps import Cone, PointLamp, SunLamp
+from .scene import Scene
+from .sky import SkyLamp
+from .soft_shadows import visible_share
+from .visibility import Occluders
+
+__all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp", "lamp_irradiance", "scene_reach"]
+
+Lamp = AreaLamp | PointLamp | SunLamp | SkyLamp
+
+# A sky is as large as the world: it takes more cells along each side than a lamp.
+_SKY = 4
+
+
+def lamp_irradiance(
+    lamps: Sequence[Lamp],
+    points: FloatArray,
+    normals: FloatArray,
+    occluders: Occluders,
+    *,
+    rays: int,
+    reach: float,
+) -> FloatArray:
+    """Return the light that lamps and sky send straight to receivers.
+
+    Parameters
+    ----------
+    lamps : sequence of Lamp
+    points, normals : ndarray of shape (n, 3)
+        Receivers [m] and their unit normals.
+    occluders : Occluders
+        What blocks.
+    rays : int
+        For each lamp and receiver in the first look; where a lamp is seen in part it is about four times as many, and
+        for the sky sixteen times.
+    reach : float
+        Longest way that anything can be met on [m], see `scene_reach`.
+
+    Returns
+    -------
+    ndarray of shape (n, 3)
+        Irradiance H [W/m^2].
+    """
+    H = np.zeros((len(points), 3))
+    for lamp in lamps:
+        light = lamp.unshadowed(points, normals)
+        lit = np.flatnonzero(light.any(axis=1))
+        if lamp.shadows and len(lit):
+            side = max(1, ceil(sqrt(rays))) * (_SKY if isinstance(lamp, SkyLamp) else 1)
+            share = visible_share(lamp, points[lit], normals[lit], occluders, side=side, reach=reach)
+            H[lit] += light[lit] * share
+        else:
+            H += light
+    return H
+
+
+def scene_reach(scene: Scene) -> float:
+    """Return a way that leaves a scene from everywhere in it, the diagonal of its bounding box and some more [m]."""
+    points = scene.vertices[scene.corner_vertex]
+    return 1.01 * float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 1.0

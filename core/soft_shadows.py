@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much of a lamp's light gets through to each receiver, by rays over the lamp and more where it is seen in part.
+
+A lamp is a square of numbers (u, v), cut into cells. Neighbouring receivers form groups. First each receiver casts a
+ray into each cell; cells that not all of a group see alike, or whose neighbours are seen otherwise, get more rays. It
+is the group that decides, so that what a receiver happens to hit says little about whether it looks again.
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from .arrays import BoolArray, FloatArray, IntArray
+from .visibility import Occluders
+
+# Receivers in a group.
+_GROUP = 16
+# Sides of the finer cells: a second look casts the square of this into a cell.
+_FINER = 2
+# Rays that are cast together.
+_RAYS = 1 << 18
+# An additive recurrence of the plastic number: the most even spread of points in the square (Roberts 2018).
+_STEP = np.array([0.7548776662466927, 0.5698402909980532])
+_HASH = np.array([0.6180339887498949, 0.4142135623730951])
+_TINY = 1e-300
+
+
+class Samples(Protocol):
+    """A lamp that can be sampled."""
+
+    @property
+    def even(self) -> bool:
+        """Return whether one ray tells everything."""
+        ...
+
+    def sample(
+        self, points: FloatArray, normals: FloatArray, u: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return a direction, shape (n, 3), the way to the lamp there [m], and the light from there up to a factor."""
+        ...
+
+
+def visible_share(
+    lamp: Samples, points: FloatArray, normals: FloatArray, occluders: Occluders, *, side: int, reach: float
+) -> FloatArray:
+    """Return which share of a lamp's light reaches receivers.
+
+    Parameters
+    ----------
+    lamp : Samples
+    points, normals : ndarray of shape (n, 3)
+        Receivers [m] and their unit normals.
+    occluders : Occluders
+    side : int
+        Cells along each side of the lamp's square.
+    reach : float
+        Longest way that anything can be met on [m].
+
+    Returns
+    -------
+    ndarray of shape (n, 1) or (n, 3)
+        0 to 1, for all channels together or for each.
+    """
+    side = 1 if lamp.even else side
+    order = _neighbours(points, normals)
+    parts = []
+    size = max(1, _RAYS // (side * side * _GROUP)) * _GROUP
+    for start in range(0, len(order), size):
+        index = order[start : start + size]
+        parts.append(_block(lamp, points[index], normals[index], start, occluders, side, reach))
+    share = np.zeros((len(points), parts[0].shape[1] if parts else 1))
+    if parts:
+        share[order] = np.concatenate(parts)
+    return share
+
+
+def _block(
+    lamp: Samples,
+    points: FloatArray,
+    normals: FloatArray,
+    first: int,
+    occluders: Occluders,
+    side: int,
+    reach: float,
+) -> FloatArray:
+    """Return the shares of receivers that are neighbours; `first` is the number of the first."""
+    cells = side * side
+    who, cell = (part.reshape(-1) for part in np.indices((len(points), cells)))
+
+    def cast(who: IntArray, cell: IntArray, finer: IntArray, cut: int) -> tuple[FloatArray, BoolArray]:
+        """Return light and whether it comes through of one ray of each receiver into a cell of a cell."""
+        jitter = (first + who)[:, None] * _STEP + (cell * cut * cut + finer)[:, None] * _HASH
+        u, v = (np.stack(np.divmod(cell, side)) + (np.stack(np.divmod(finer, cut)) + (jitter % 1).T) / cut) / side
+        out, length, light = lamp.sample(points[who], normals[who], u, v)
+        light = light.reshape(len(who), -1)
+        clear = np.zeros(len(who), bool)
+        shines = np.flatnonzero(light.any(axis=1))
+        start = points[who[shines]]
+        end = start + np.minimum(length[shines], reach)[:, None] * out[shines]
+        clear[shines] = ~occluders.blocked(start, end)
+        return light, clear
+
+    light, clear = cast(who, cell, np.zeros_like(who), 1)
+    shape = (len(points), cells, light.shape[1])
+    through, whole = (light * clear[:, None]).reshape(shape), light.reshape(shape)
+    if not lamp.even:
+        counts = light.any(axis=1).reshape(shape[:2])
+        edge = _unsure(clear.reshape(shape[:2]), counts, side)
+        at, cell = np.nonzero(edge[np.arange(len(points)) // _GROUP])
+        rays = _FINER * _FINER
+        who, finer = np.repeat(at, rays), np.tile(np.arange(rays), len(at))
+        light, clear = cast(who, np.repeat(cell, rays), finer, _FINER)
+        means = (values.reshape(len(at), rays, -1).mean(axis=1) for values in (light * clear[:, None], light))
+        through[at, cell], whole[at, cell] = means
+    total = whole.sum(axis=1)
+    return np.asarray(through.sum(axis=1) / np.maximum(total, _TINY))
+
+
+def _unsure(clear: BoolArray, counts: BoolArray, side: int) -> BoolArray:
+    """Return which cells each group should look at again, shape (g, cells)."""
+    start = np.arange(0, len(clear), _GROUP)
+    some = np.logical_or.reduceat(clear & counts, start, axis=0).reshape(-1, side, side)
+    none = np.logical_or.reduceat(~clear & counts, start, axis=0).reshape(-1, side, side)
+    # What is next to a cell that is seen and to one that is not has the edge of the shadow in it or near it.
+    return np.asarray((_spread(some) & _spread(none)).reshape(len(start), -1))
+
+
+def _spread(cells: BoolArray) -> BoolArray:
+    """Return the cells and those beside them."""
+    wide = cells.copy()
+    wide[:, 1:] |= cells[:, :-1]
+    wide[:, :-1] |= cells[:, 1:]
+    wide[:, :, 1:] |= cells[:, :, :-1]
+    wide[:, :, :-1] |= cells[:, :, 1:]
+    return wide
+
+
+def _neighbours(points: FloatArray, normals: FloatArray) -> IntArray:
+    """Return an order in which receivers that follow each other are close and look the same way."""
+    low = np.min(points, axis=0, initial=np.inf)
+    extent = max(float(np.max(points - low, initial=0.0)), _TINY)
+    grid = ((points - low) / extent * 1023).astype(np.int64)
+    code = np.zeros(len(points), np.int64)
+    # Morton: the bits of the three coordinates by turns.
+    for bit in range(10):
+        for axis in range(3):
+            code |= ((grid[:, axis] >> bit) & 1) << (3 * bit + axis)
+    way = np.abs(normals).argmax(axis=1)
+    facing = 2 * way + (normals[np.arange(len(way)), way] < 0)
+    return np.asarray(np.lexsort((code, facing)))
