@@ -18,6 +18,8 @@ from .round_lamps import lattice, square_to_disc
 _CORNERS = 24
 # Narrower spreads are taken as this [rad].
 _NARROWEST = 0.01
+# Rectangles larger than this, of 4, miss enough of the ellipse in them.
+_MOSTLY = 1.0
 _TINY = 1e-300
 
 
@@ -84,8 +86,8 @@ class AreaLamp:
         a, b = low_u + u * (high_u - low_u), low_v + v * (high_v - low_v)
         if self.ellipse:
             x, y = square_to_disc(u, v)
-            whole = self._whole(points)
-            a, b = np.where(whole, x, a), np.where(whole, y, b)
+            mostly = self._mostly(points)
+            a, b = np.where(mostly, x, a), np.where(mostly, y, b)
         way = self.centre + a[:, None] * self.half_u + b[:, None] * self.half_v - points
         squared = np.maximum((way * way).sum(axis=1), _TINY)
         length = np.sqrt(squared)
@@ -103,8 +105,8 @@ class AreaLamp:
         quads = [self.centre + u[:, None] * self.half_u + v[:, None] * self.half_v for u, v in corners]
         form: FloatArray = np.asarray(point_to_polygon(points, normals, np.stack(self._facing(quads), axis=1)), float)
         if self.ellipse:
-            whole = np.flatnonzero(self._whole(points))
-            form[whole] = self._form_factor(points[whole], normals[whole])
+            mostly = np.flatnonzero(self._mostly(points))
+            form[mostly] = self._form_factor(points[mostly], normals[mostly])
         seen = np.flatnonzero(form)
         through, total = np.zeros(len(seen)), np.full(len(seen), _TINY)
         for u, v in lattice(len(seen)):
@@ -141,10 +143,10 @@ class AreaLamp:
             ranges.append((np.clip(at - wide, -1, 1), np.clip(at + wide, -1, 1)))
         return ranges[0], ranges[1]
 
-    def _whole(self, points: FloatArray) -> BoolArray:
-        """Return which points can see all of the lamp."""
+    def _mostly(self, points: FloatArray) -> BoolArray:
+        """Return which points are better sampled over all of an ellipse than over the rectangle they see of it."""
         (low_u, high_u), (low_v, high_v) = self._part(points)
-        return np.asarray((high_u - low_u > 2 - 1e-9) & (high_v - low_v > 2 - 1e-9))
+        return np.asarray((high_u - low_u) * (high_v - low_v) > _MOSTLY)
 
     def _quads(self) -> list[FloatArray]:
         """Return quadrilaterals, shape (4, 3), that make up the lamp, counter-clockwise seen from where it shines."""
