@@ -16,7 +16,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from .convex_parts import ConvexPart, in_front, unit_normal
+from .convex_parts import ConvexPart, area_vector, in_front, unit_normal
 
 FloatArray = NDArray[np.float64]
 
@@ -80,6 +80,35 @@ def views(parts: Sequence[ConvexPart]) -> Iterator[View]:
         blockers = _entering([portion for portion in portions if len(portion)], first, second, margin)
         normals = np.stack((parts[p].normal, parts[q].normal))
         yield View((parts[p].polygon, parts[q].polygon), first, second, normals, tuple(blockers), margin)
+
+
+def contact_areas(parts: Sequence[ConvexPart], n_polygons: int) -> FloatArray:
+    """Return the areas that polygons of opposite normals have in common in one plane.
+
+    Parameters
+    ----------
+    parts : sequence of ConvexPart
+        Of `n_polygons` polygons.
+
+    Returns
+    -------
+    ndarray of shape (n_polygons, n_polygons)
+        Symmetric [m^2].
+    """
+    areas = np.zeros((n_polygons, n_polygons))
+    for p, q in combinations(parts, 2):
+        both = np.concatenate((p.corners, q.corners))
+        margin = TOUCHING * float(np.linalg.norm(np.ptp(both, axis=0)))
+        if p.normal @ q.normal > -0.5 or np.abs(p.distances(both)).max() > margin:
+            continue
+        common = p.corners
+        edges = np.roll(q.corners, -1, axis=0) - q.corners
+        for corner, inward in zip(q.corners, np.cross(q.normal, edges), strict=True):
+            if len(common):
+                common = in_front(common, (common - corner) @ inward / np.linalg.norm(inward), margin)
+        if len(common):
+            areas[p.polygon, q.polygon] += np.linalg.norm(area_vector(common))
+    return areas + areas.T
 
 
 def _between(blocker: ConvexPart, first: ConvexPart, second: ConvexPart, margin: float) -> FloatArray:

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .convex_parts import area_vector, checked_polygons, convex_parts
+from .convex_parts import ConvexPart, area_vector, checked_polygons, convex_parts
 from .errors import RadiosityError
-from .part_views import views
+from .part_views import contact_areas, views
 from .visible_exchange import visible_exchange_areas
 
 FloatArray = NDArray[np.float64]
@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 AIM = 0.4
 # Row sums of a set of polygons that is meant to be closed may be this far from 1.
 OPEN = 0.1
+# What the errors of a whole row may add up to.
+NOISE = 1e-3
 # Row sums are enforced to this.
 CLOSED = 1e-12
 MOST_SWEEPS = 10_000
@@ -55,16 +57,16 @@ def form_factor_matrix(polygons: Sequence[ArrayLike], *, tolerance: float = 1e-4
         raise RadiosityError(f"The tolerance is {tolerance:g}; it must be between 0 and 1.")
     outlines = checked_polygons(polygons)
     areas = np.array([np.linalg.norm(area_vector(outline)) for outline in outlines])
-    exchange = _exchange(outlines, areas, tolerance)
+    parts = [part for index, outline in enumerate(outlines) for part in convex_parts(index, outline)]
+    exchange = _exchange(parts, areas, tolerance)
     if closed:
-        exchange = _closed(exchange, areas)
+        exchange = _closed(_with_contacts(exchange, contact_areas(parts, len(areas)), areas), areas)
     return np.asarray(exchange / areas[:, None])
 
 
-def _exchange(outlines: list[FloatArray], areas: FloatArray, tolerance: float) -> FloatArray:
+def _exchange(parts: list[ConvexPart], areas: FloatArray, tolerance: float) -> FloatArray:
     """Return the symmetric matrix of A_i F_ij [m^2]."""
-    exchange = np.zeros((len(outlines), len(outlines)))
-    parts = [part for index, outline in enumerate(outlines) for part in convex_parts(index, outline)]
+    exchange = np.zeros((len(areas), len(areas)))
     seen = list(views(parts)) if parts else []
     if not seen:
         return exchange
@@ -75,6 +77,16 @@ def _exchange(outlines: list[FloatArray], areas: FloatArray, tolerance: float) -
     allowed = AIM * tolerance * np.minimum(areas[i], areas[j]) / np.maximum(sharing[i, j], 1)
     np.add.at(exchange, (i, j), visible_exchange_areas(seen, allowed))
     return exchange + exchange.T
+
+
+def _with_contacts(exchange: FloatArray, contacts: FloatArray, areas: FloatArray) -> FloatArray:
+    """Return the exchange areas with those of polygons that lie on each other, face to face.
+
+    Polygons of opposite normals in one plane may just as well be back to back, two sides of a sheet. In a closed set
+    the light that is missing tells: what rests on a floor has nothing but the floor to exchange light with.
+    """
+    missing = areas - exchange.sum(axis=1) + NOISE * areas
+    return exchange + np.where(contacts <= np.minimum(missing, missing[:, None]), contacts, 0)
 
 
 def _closed(exchange: FloatArray, areas: FloatArray) -> FloatArray:
