@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .cutting import Cut, check_count, cut, grid
 from .errors import RadiosityError
-from .scene import BACK, FRONT, FloatArray, IntArray, Scene
+from .scene import AUTO, BACK, FRONT, FloatArray, IntArray, Scene
 from .triangulation import pieces
 
 
@@ -86,7 +86,7 @@ def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> 
 
 def _arranged(scene: Scene, fronts: Cut) -> Patches:
     """Return the fronts and backs that radiate, one after the other for every face."""
-    shown = scene.sides[fronts.face]
+    shown = np.where(scene.sides == AUTO, FRONT, scene.sides)[fronts.face]
     source = np.concatenate([np.flatnonzero(shown & FRONT), np.flatnonzero(shown & BACK)])
     side = np.ones(len(source), dtype=np.int8)
     side[np.count_nonzero(shown & FRONT) :] = -1

@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays import BoolArray, FloatArray, IntArray, indices, table
 from .errors import RadiosityError
 
-__all__ = ["BACK", "BOTH", "FARTHEST", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray", "Scene"]
+__all__ = ["AUTO", "BACK", "BOTH", "FARTHEST", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray"]
+__all__ += ["Scene"]
 
-FRONT, BACK, BOTH = 1, 2, 3
+AUTO, FRONT, BACK, BOTH = 0, 1, 2, 3
 
 # A closed scene that loses nothing has no solution, and one that loses little needs endless bounces.
 REFLECTANCE_LIMIT = 0.99
@@ -53,7 +54,8 @@ class Scene:
     object_names : tuple of str
         Names for messages and reports.
     sides : ndarray of shape (f,)
-        Which sides radiate and receive: FRONT, BACK or BOTH. Every face blocks light from both sides.
+        Which sides radiate and receive: FRONT, BACK or BOTH; AUTO leaves it to the bake, and is FRONT elsewhere. Every
+        face blocks light from both sides.
     divisions : ndarray of shape (f,)
         Patches along one row of the face (n of T12).
     warnings : tuple of str
@@ -115,7 +117,7 @@ class Scene:
         self._keep("emission", table("emission", emission, n_faces))
         self._check_light("emission", self.emission)
         shown = indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
-        self._refuse((shown < FRONT) | (shown > BOTH), "sides must be 1 (front), 2 (back) or 3 (both)")
+        self._refuse((shown < AUTO) | (shown > BOTH), "sides must be 0 (auto), 1 (front), 2 (back) or 3 (both)")
         self._keep("sides", shown.astype(np.uint8))
         self._keep("divisions", indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
         self._refuse(self.divisions < 1, "divisions must be 1 or more")

@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which sides of the surfaces light reaches."""
+
+import numpy as np
+import pytest
+
+from core.islands import islands
+from core.meshing import mesh
+from core.scene import AUTO, BACK, BOTH, FRONT, Scene
+from core.sides import auto_sides, island_counts
+from core.surfaces import occluder_polygons
+from core.visibility import BruteForceOccluders, BVHOccluders
+
+SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+
+
+def sheet(low, high, *, up=True):
+    """Return a horizontal rectangle."""
+    corners = low + SQUARE * (*(np.array(high) - low[:2]), 1.0)
+    return corners if up else corners[::-1]
+
+
+def upright(x, y, z, *, right=True):
+    """Return a rectangle across the x axis, over ranges of y and z, that faces along the axis or against it."""
+    corners = np.array([(x, y[0], z[0]), (x, y[1], z[0]), (x, y[1], z[1]), (x, y[0], z[1])], float)
+    return corners if right else corners[::-1]
+
+
+class Things:
+    """A scene that is put together object by object, each with vertices of its own."""
+
+    def __init__(self):
+        self.polygons, self.emission, self.names, self.of, self.chosen = [], [], [], [], []
+
+    def add(self, name, polygons, emission=0.0, sides=AUTO):
+        if name not in self.names:
+            self.names.append(name)
+        self.polygons += list(polygons)
+        self.of += [self.names.index(name)] * len(polygons)
+        self.emission += [emission] * len(polygons)
+        self.chosen += [sides] * len(polygons)
+        return self
+
+    def scene(self, **fields):
+        emission = np.repeat(np.array(self.emission)[:, None], 3, axis=1)
+        return Scene.from_polygons(
+            self.polygons, 0.5, emission, sides=self.chosen, face_object=self.of, object_names=self.names, **fields
+        )
+
+
+@pytest.fixture(params=["brute", "tree"])
+def decide(request):
+    """Return a way to decide sides, with every kind of occluders that knows what is nearest."""
+    if request.param == "tree":
+        pytest.importorskip("bpy")
+    kind = {"brute": BruteForceOccluders, "tree": BVHOccluders}[request.param]
+
+    def run(scene, **options):
+        patches = mesh(scene)
+        return auto_sides(scene, patches, kind(occluder_polygons(scene, patches)), **options)
+
+    return run
+
+
+@pytest.fixture
+def found(decide):
+    """Return the sides of every object: one number, or a tuple where its islands differ."""
+
+    def run(things):
+        scene = decide(things.scene())
+        sides = {}
+        for index, name in enumerate(scene.object_names):
+            mine = np.unique(scene.sides[scene.face_object == index]).tolist()
+            sides[name] = mine[0] if len(mine) == 1 else tuple(mine)
+        return sides
+
+    return run
+
+
+@pytest.fixture
+def room(box):
+    """A room of 4 m x 4 m x 3 m with a lamp in the middle of its ceiling, 20 cm under it: `room(inward=True)`."""
+
+    def build(inward=True):
+        lamp = sheet((1.5, 1.5, 2.8), (2.5, 2.5), up=False)
+        return Things().add("Room", box((4, 4, 3), inward=inward)).add("Lamp", [lamp], emission=10.0)
+
+    return build
+
+
+def test_a_room_is_lit_inside_whatever_its_normals(found, room):
+    assert found(room(inward=True))["Room"] == FRONT
+    assert found(room(inward=False))["Room"] == BACK
+
+
+def test_a_hung_panel_shines_up_and_down(found, room):
+    assert found(room())["Lamp"] == BOTH
+
+
+def test_the_back_of_a_panel_that_nothing_sees_is_left_out(found):
+    things = Things().add("Floor", [sheet((0, 0, 0), (4, 4))])
+    things.add("Lamp", [sheet((1, 1, 2), (2, 2), up=False)], emission=10.0)
+    assert found(things) == {"Floor": FRONT, "Lamp": FRONT}
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-3, 0.5, -1e-3])
+def test_a_closed_solid_is_lit_outside(found, room, box, gap):
+    # Flush on the floor, a little above, well above, a little sunk into it.
+    things = room().add("Block", box((1, 1, 1), (1, 1, gap), inward=False))
+    assert found(things) == {"Room": FRONT, "Lamp": BOTH, "Block": FRONT}
+
+
+def test_solids_that_touch_each_other_and_the_walls(found, room, box):
+    things = room()
+    for index, place in enumerate([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (3, 3, 0)]):
+        things.add(f"Block {index}", box((1, 1, 1), place, inward=False))
+    sides = found(things)
+    assert {name: side for name, side in sides.items() if side != FRONT} == {"Lamp": BOTH}
+
+
+def test_a_solid_turned_inside_out_is_lit_from_its_back(found, room, box):
+    assert found(room().add("Block", box((1, 1, 1), (1, 1, 1), inward=True)))["Block"] == BACK
+
+
+def test_a_box_without_a_bottom_is_dark_inside(found, room, box):
+    block = box((1, 1, 1), (1, 1, 0), inward=False)[1:]
+    assert found(room().add("Block", block))["Block"] == FRONT
+
+
+def test_an_open_bowl_is_lit_on_both_sides(found, room, box):
+    bowl = [face for index, face in enumerate(box((1, 1, 0.5), (1, 1, 0.5), inward=False)) if index != 1]
+    assert found(room().add("Bowl", bowl))["Bowl"] == BOTH
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_a_table_top_is_lit_on_both_sides(found, room, up):
+    assert found(room().add("Top", [sheet((1, 1, 0.7), (2, 2), up=up)]))["Top"] == BOTH
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_a_sheet_between_two_rooms(found, box, right):
+    def house(wall, *more):
+        things = Things().add("House", box((6, 3, 3))).add("Wall", wall)
+        for index, x in enumerate((1, *more)):
+            things.add(f"Lamp {index}", [sheet((x, 1, 2.5), (x + 1, 2), up=False)], emission=10.0)
+        return found(things)["Wall"]
+
+    closed = [upright(3, (0, 3), (0, 3), right=right)]
+    with_door = [upright(3, (0, 2), (0, 3), right=right), upright(3, (2, 3), (2, 3), right=right)]
+    # The lamp on the left lights the left side only, until there is another on the right, or a door.
+    assert house(closed) == (BACK if right else FRONT)
+    assert house(closed, 4) == BOTH
+    assert house(with_door) == BOTH
+
+
+def test_cornells_open_box_is_dark_outside(found, box):
+    walls = box((4, 4, 4))
+    lamp = [sheet((1.5, 1.5, 3.9), (2.5, 2.5), up=False)]
+    open_box = [face for index, face in enumerate(walls) if index != 2]
+    things = Things().add("Box", open_box).add("Lamp", lamp, emission=10.0)
+    assert found(things) == {"Box": FRONT, "Lamp": BOTH}
+    # Something in front of the opening sends light round the corner.
+    things.add("Screen", [np.array([(-9, -3, -9), (-9, -3, 9), (9, -3, 9), (9, -3, -9)], float)[::-1]])
+    sides = found(things)
+    assert sides["Lamp"] == BOTH and sides["Screen"] in (FRONT, BACK)
+
+
+def test_the_lamp_in_a_hole_of_the_ceiling_shines_down_only(found, box):
+    walls = box((3, 3, 3))
+    frame = [sheet((x, y, 3), (x + 1, y + 1), up=False) for x in range(3) for y in range(3) if (x, y) != (1, 1)]
+    things = Things().add("Walls", [*walls[:1], *walls[2:]]).add("Ceiling", frame)
+    things.add("Lamp", [sheet((1, 1, 3), (2, 2), up=False)], emission=10.0)
+    assert found(things) == {"Walls": FRONT, "Ceiling": FRONT, "Lamp": FRONT}
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_a_furnace_is_lit_inside(found, box, inward):
+    furnace = Things().add("Furnace", box(inward=inward), emission=1.0)
+    assert found(furnace)["Furnace"] == (FRONT if inward else BACK)
+
+
+def test_a_bulb_shines_outwards(found, room, box):
+    things = room().add("Bulb", box((0.1, 0.1, 0.1), (1, 1, 1), inward=False), emission=5.0)
+    assert found(things)["Bulb"] == FRONT
+
+
+def test_what_no_light_reaches_shows_its_front(found, room, box):
+    things = room().add("Cellar", box((4, 4, 2), (0, 0, -3), inward=False))
+    assert found(things)["Cellar"] == FRONT
+
+
+def test_islands_of_one_object_are_decided_one_by_one(decide, room, box):
+    things = room(inward=False)
+    things.add("Room", box((1, 1, 1), (0.5, 0.5, 0.5), inward=False))
+    scene = decide(things.scene())
+    assert scene.sides[scene.face_object == 0].tolist() == [BACK] * 6 + [FRONT] * 6
+    assert island_counts(scene) == {"front": 1, "back": 1, "both": 1}
+
+
+def test_flipped_islands_are_told(decide, room, box):
+    things = room(inward=False)
+    for x in (1, 2):
+        things.add("Blocks", box((0.5, 0.5, 0.5), (x, 1, 1), inward=True))
+    scene = decide(things.scene(warnings=["Something else"]))
+    assert scene.warnings[0] == "Something else"
+    told = [line.partition("; ")[0] for line in scene.warnings[1:]]
+    assert told == [
+        "Object 'Room': 1 island is lit from the back",
+        "Object 'Blocks': 2 islands are lit from the back",
+    ]
+    assert island_counts(scene) == {"front": 0, "back": 3, "both": 1}
+
+
+def test_sides_that_are_chosen_stay(decide, room):
+    things = room(inward=False).add("Top", [sheet((1, 1, 0.7), (2, 2))], sides=FRONT)
+    scene = decide(things.scene())
+    assert scene.sides.tolist() == [BACK] * 6 + [BOTH, FRONT]
+    assert decide(scene) is scene
+
+
+def test_a_side_that_is_chosen_off_passes_no_light_on(found, box):
+    # The lamp shines down on a floor whose front is off, so nothing comes back up to its neighbour's underside.
+    def under(sides):
+        things = Things().add("Floor", [sheet((0, 0, 0), (4, 4))], sides=sides)
+        things.add("Shelf", [sheet((1, 1, 1), (2, 2))])
+        return found(things.add("Lamp", [sheet((1, 1, 3), (2, 2), up=False)], emission=9.0))["Shelf"]
+
+    assert under(FRONT) == BOTH
+    assert under(BACK) == FRONT
+
+
+def test_the_same_seed_decides_the_same(decide, room, box):
+    scene = room().add("Block", box((1, 1, 1), (1, 1, 0))).scene()
+    one, other = decide(scene, seed=5), decide(scene, seed=5)
+    np.testing.assert_array_equal(one.sides, other.sides)
+
+
+def test_a_crowd_is_decided_object_by_object(decide, room, box):
+    things = room()
+    for index in range(600):
+        x, y, z = index % 10, index // 10 % 10, index // 100
+        things.add("Crowd", box((0.1, 0.1, 0.1), (0.4 * x, 0.4 * y, 0.2 + 0.4 * z), inward=False))
+    cast = []
+
+    class Counted(BruteForceOccluders):
+        def blocked(self, origins, targets):
+            cast.append(len(origins))
+            return super().blocked(origins, targets)
+
+        def nearest(self, origins, directions):
+            cast.append(len(origins))
+            return super().nearest(origins, directions)
+
+    scene = things.scene()
+    patches = mesh(scene)
+    sides = auto_sides(scene, patches, Counted(occluder_polygons(scene, patches))).sides
+    assert np.all(sides[scene.face_object == 2] == FRONT)
+    assert sum(cast) < 20_000
+
+
+def test_islands_hang_together_by_vertices_of_an_object():
+    rng = np.random.default_rng(1)
+    squares = [SQUARE + (x, y, 0) for x in range(30) for y in range(30) if y != 12]
+    polygons = [squares[index] for index in rng.permutation(len(squares))]
+    part = islands(Scene.from_polygons(polygons))
+    above = np.array([polygon[0, 1] > 12 for polygon in polygons])
+    assert len(np.unique(part)) == 2 and len(np.unique(part[above])) == 1
+    # Corner to corner is enough, but not from object to object.
+    pair = [SQUARE, SQUARE + (1, 1, 0)]
+    assert islands(Scene.from_polygons(pair)).tolist() == [0, 0]
+    apart = Scene.from_polygons(pair, face_object=[0, 1], object_names=["One", "Other"])
+    assert islands(apart).tolist() == [0, 1]
+    assert islands(Scene.from_polygons([])).tolist() == []
