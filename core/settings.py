@@ -10,7 +10,7 @@ METHODS = ("hierarchical", "gathering", "shooting")
 FORM_FACTORS = ("exact", "centre", "hemicube")
 QUALITIES = ("preview", "medium", "high", "production")
 
-DEFAULT_METHOD = "gathering"
+DEFAULT_METHOD = "hierarchical"
 
 
 @dataclass(frozen=True)

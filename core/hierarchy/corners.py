@@ -109,7 +109,7 @@ def final_gather(
     links, rays : int
     """
     receivers = group_receivers(corners.point, corners.normal)
-    scale = float(radiosity.max(initial=0.0)) or 1.0
+    scale = float(np.max(radiosity, initial=0.0)) or 1.0
     # A last column of ones adds up the rows.
     means = node_means(scenery.sources, elements.area, radiosity / scale)
     nodes = parted(np.column_stack((means, np.ones(len(means)))), scenery.brightness > BRIGHT)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Elements: the pieces of patches that are each given one radiosity, finer where light changes within a patch.
 
-A lamp that hangs a finger's width under a ceiling lights it brightly, but only where the lamp itself hides it. One value
-for a patch half behind the lamp would shine into the room what never leaves the gap. So patches are split, and split
-again, until the light that direct illumination could misplace within an element is a negligible share of all light
-(two-level hierarchy of patches and elements: Cohen, Greenberg, Immel, Brock 1986).
+A lamp that hangs a finger's width under a ceiling lights it brightly, but only where the lamp itself hides it. One
+value for a patch half behind the lamp would shine into the room what never leaves the gap. So patches are split, and
+split again, until the light that direct illumination could misplace within an element is a negligible share of all
+light (two-level hierarchy of patches and elements: Cohen, Greenberg, Immel, Brock 1986).
 """
 
 from dataclasses import dataclass
@@ -49,6 +49,12 @@ class Elements:
     normal: Float
     area: Float
     patch: Int
+
+    def pick(self, index: Int) -> "Elements":
+        """Return some of the elements."""
+        return Elements(
+            self.corners[index], self.centre[index], self.normal[index], self.area[index], self.patch[index]
+        )
 
     def __len__(self) -> int:
         return len(self.area)
@@ -107,9 +113,9 @@ def quarters(corners: Float) -> Float:
     triangle = (c == d).all(axis=1)[:, None]
     ab, bc, cd, da = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + d), 0.5 * (d + a)
     middle = 0.5 * (ab + cd)
-    quads = np.stack((a, ab, middle, da, ab, b, bc, middle, middle, bc, c, cd, da, middle, cd, d), axis=1)
+    quads: Float = np.stack((a, ab, middle, da, ab, b, bc, middle, middle, bc, c, cd, da, middle, cd, d), axis=1)
     ca = 0.5 * (c + a)
-    triangles = np.stack((a, ab, ca, ca, ab, b, bc, bc, ca, bc, c, c, ab, bc, ca, ca), axis=1)
+    triangles: Float = np.stack((a, ab, ca, ca, ab, b, bc, bc, ca, bc, c, c, ab, bc, ca, ca), axis=1)
     return np.where(triangle[:, None], triangles, quads).reshape(-1, 4, 3)
 
 
@@ -127,8 +133,8 @@ def _spread(corners: Float, patches: Patches, lit: Int) -> Float:
     shining = patches.emission[lit].mean(axis=1)
     power = sources.tree.sums((patches.area[lit] * shining)[:, None])[:, 0]
     parts = quarters(corners)
-    normal = np.cross(parts[:, 2] - parts[:, 0], parts[:, 3] - parts[:, 1])
-    normal /= np.maximum(np.sqrt((normal * normal).sum(axis=1, keepdims=True)), 1e-300)
+    vector: Float = np.cross(parts[:, 2] - parts[:, 0], parts[:, 3] - parts[:, 1])
+    normal = vector / np.maximum(np.sqrt((vector * vector).sum(axis=1)), 1e-300)[:, None]
     receivers = group_receivers(centres(parts), normal)
     links = find_links(receivers, np.arange(len(receivers)), sources, np.ones(len(power)), angle=0.7, error=np.inf)
     count = np.diff(receivers.first)[links.group]

@@ -2,7 +2,6 @@
 """How much of a node each receiver sees, by rays to points spread over the node's patches."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..visibility import Occluders
 from .sources import Sources
@@ -122,5 +121,5 @@ def _sampled(
     cosines = np.maximum((normal[r] * to).sum(axis=1), 0) * np.maximum(-(facing * to).sum(axis=1), 0)
     # Never nothing, so that a pair whose samples all look past each other still has a share.
     light = cosines / np.maximum(squared * squared, 1e-300)
-    light += 1e-6 * light.max(initial=1e-290)
+    light += 1e-6 * float(np.max(light, initial=1e-290))
     return np.bincount(pair, light * clear, len(node)), np.bincount(pair, light, len(node))

@@ -14,8 +14,8 @@ from ..solution import Solution
 from ..visibility import Occluders
 from .elements import Elements, split_patches
 from .quality import Quality
-from .rows import Scenery, gather, stream_rows
 from .receivers import group_receivers
+from .rows import Scenery, gather, stream_rows
 from .transport import HierarchicalTransport, build_scenery, hierarchical_transport, node_means, relit
 from .tree import Float
 
@@ -76,9 +76,11 @@ def solve(
     Lit
     """
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
+    yield Progress("Elements", 1.0)
     E, rho = patches.emission[elements.patch], patches.reflectance[elements.patch]
     guess, typical, rays = yield from _first_look(elements, E, rho, occluders, quality, workers)
     scenery = build_scenery(elements, guess, typical, occluders)
+    yield Progress("Links", 0.0)
     transport = yield from hierarchical_transport(elements, scenery, quality.solve, workers)
     solution = yield from gathering(transport, E, rho, iterations=iterations, tolerance=tolerance)
     typical = typical_irradiance(elements, solution.irradiance) or typical
@@ -116,7 +118,7 @@ def _first_look(
 ) -> Generator[Progress, None, tuple[Float, float, int]]:
     """Estimate who is bright from direct light and an ambient share of the rest, as shooting displays it."""
     bright = np.flatnonzero(emission.any(axis=1))
-    lamps = Elements(*(part[bright] for part in (elements.corners, elements.centre, elements.normal, elements.area, elements.patch)))
+    lamps = elements.pick(bright)
     A = elements.area[:, None]
     grey = min(float((A * reflectance).mean() / A.mean()), _MOST_AMBIENT)
     everywhere = (A * emission).sum(axis=0) / A.sum() / (1 - grey)

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..memory import available_memory
 from ..errors import RadiosityError
+from ..memory import available_memory
 from ..progress import Progress
 from ..visibility import Occluders
 from .elements import Elements

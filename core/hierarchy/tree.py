@@ -165,4 +165,5 @@ def _split(order: Int, start: Int, stop: Int, position: Float, normal: Float, sh
         right[ranked] = here - first[segment[here]] >= size[segment[here]] // 2
         count = np.add.reduceat(right.astype(np.int64), first)
     order[slot] = element[np.argsort(2 * segment + right, kind="stable")]
-    return stop - count
+    middle: Int = stop - count
+    return middle

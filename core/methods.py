@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ways from patches to light: the hierarchy that users run, and the thesis's two as they stand."""
+
+import os
+import time
+from collections import defaultdict
+from collections.abc import Callable, Generator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .gathering import gathering
+from .hierarchy.corners import corner_receivers, final_gather
+from .hierarchy.quality import QUALITIES
+from .hierarchy.solve import patch_solution, solve
+from .meshing import Patches
+from .progress import Progress, T
+from .report import Energy, energy_balance
+from .scene import Scene
+from .settings import Settings
+from .shading import corner_radiance
+from .shooting import shooting
+from .solution import Solution
+from .surfaces import occluder_polygons
+from .transport import MOST_SENT, column_transport, dense_transport, reciprocity_error
+from .visibility import Occluders
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """What a method hands back.
+
+    Attributes
+    ----------
+    solution : Solution
+        On the n patches.
+    corner_radiance : ndarray of shape (c, 3)
+        Colours of the scene's c corners [W/(m^2 sr)].
+    row_sums : ndarray of shape (n,)
+        Share of each patch's light that meets a patch, as the form factors say; NaN where not known.
+    energy : Energy
+    reciprocity : float or None
+        How far the form factors are from A_i F_ij = A_j F_ji, relative to their sum; None where not known.
+    links, rays : int
+        Pairs that exchange light, and segments tested for visibility.
+    seconds : dict
+        Time of each stage: form_factors, solve, shade, and what they are made of.
+    """
+
+    solution: Solution
+    corner_radiance: FloatArray
+    row_sums: FloatArray
+    energy: Energy
+    reciprocity: float | None
+    links: int
+    rays: int
+    seconds: dict[str, float]
+
+
+class _Clock:
+    """Tells how long each stage of some generators of progress takes, by what they yield."""
+
+    def __init__(self) -> None:
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+
+    def watch(self, steps: Generator[Progress, None, T]) -> Generator[Progress, None, T]:
+        """Pass on what `steps` yields, and return what it returns; closing this closes `steps`."""
+        stage, begun = "", time.perf_counter()
+        try:
+            while True:
+                try:
+                    progress = next(steps)
+                except StopIteration as end:
+                    result: T = end.value
+                    return result
+                finally:
+                    now = time.perf_counter()
+                    elapsed, begun = now - begun, now
+                    self.seconds[stage] += elapsed
+                # A stage is named by the first progress within it, which comes after some work.
+                if progress.stage.lower() != stage:
+                    self.seconds[stage] -= elapsed
+                    stage = progress.stage.lower()
+                    self.seconds[stage] += elapsed
+                yield progress
+        finally:
+            steps.close()
+
+
+Method = Callable[
+    [Scene, Patches, Settings, Occluders, Executor | None],
+    Generator[Progress, None, Solved],
+]
+
+
+def _hierarchical(
+    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders, executor: Executor | None
+) -> Generator[Progress, None, Solved]:
+    """Solve through a hierarchy of sources and gather once more at the corners."""
+    quality = QUALITIES[settings.quality]
+    clock = _Clock()
+    with ExitStack() as stack:
+        workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
+        steps = solve(
+            patches, occluders, quality, workers, iterations=settings.iterations, tolerance=settings.tolerance
+        )
+        lit = yield from clock.watch(steps)
+        corners = corner_receivers(scene)
+        elements, solution = lit.elements, lit.solution
+        B, H = solution.radiosity, solution.irradiance
+        H, links, rays = yield from clock.watch(
+            final_gather(corners, elements, B, H, lit.scenery, patches, quality.gather, workers)
+        )
+    face = scene.corner_face
+    colours = (scene.emission[face] + scene.reflectance[face] * H[corners.group]) / np.pi
+    sums = lit.transport.row_sums()
+    E, rho = patches.emission[elements.patch], patches.reflectance[elements.patch]
+    share = elements.area / patches.area[elements.patch]
+    spent = clock.seconds
+    seconds = {
+        "form_factors": spent["elements"] + spent["first look"] + spent["links"],
+        "solve": spent["gathering light"],
+        "shade": spent["final gather"],
+    }
+    return Solved(
+        patch_solution(lit, patches),
+        colours,
+        np.bincount(elements.patch, share * sums, len(patches.area)),
+        energy_balance(elements.area, E, rho, solution, sums),
+        None,
+        lit.transport.links + links,
+        lit.rays + rays,
+        seconds | {name: spent[name] for name in ("elements", "first look", "links")},
+    )
+
+
+def _gathering(
+    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders, executor: Executor | None
+) -> Generator[Progress, None, Solved]:
+    """Solve with the whole matrix (T5, T13)."""
+    clock = _Clock()
+    surfaces = occluder_polygons(scene, patches)
+    steps = dense_transport(patches, occluders, kernel=settings.form_factors, surfaces=surfaces, executor=executor)
+    transport = yield from clock.watch(steps)
+    reciprocity = reciprocity_error(transport)
+    solution = yield from clock.watch(
+        gathering(
+            transport,
+            patches.emission,
+            patches.reflectance,
+            iterations=settings.iterations,
+            tolerance=settings.tolerance,
+        )
+    )
+    return _interpolated(
+        scene, patches, solution, transport.row_sums(), reciprocity, transport.links, transport.rays, clock
+    )
+
+
+def _shooting(
+    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders, executor: Executor | None
+) -> Generator[Progress, None, Solved]:
+    """Solve with columns on demand (T8)."""
+    clock = _Clock()
+    surfaces = occluder_polygons(scene, patches)
+    transport = column_transport(patches, occluders, kernel=settings.form_factors, surfaces=surfaces)
+    # As many shots as that many sweeps have patches.
+    most = settings.iterations * len(patches.area)
+    solution = yield from clock.watch(
+        shooting(transport, patches.emission, patches.reflectance, iterations=most, tolerance=settings.tolerance)
+    )
+    return _interpolated(scene, patches, solution, transport.row_sums(), None, transport.links, transport.rays, clock)
+
+
+def _interpolated(
+    scene: Scene,
+    patches: Patches,
+    solution: Solution,
+    sums: FloatArray,
+    reciprocity: float | None,
+    links: int,
+    rays: int,
+    clock: _Clock,
+) -> Solved:
+    """Take the colours of the corners from the patches that meet there (T16)."""
+    begun = time.perf_counter()
+    colours = corner_radiance(scene, patches, solution.irradiance)
+    spent = clock.seconds
+    seconds = {
+        "form_factors": spent["form factors"],
+        "solve": spent["gathering light"] + spent["shooting light"],
+        "shade": time.perf_counter() - begun,
+    }
+    energy = energy_balance(patches.area, patches.emission, patches.reflectance, solution, np.minimum(sums, MOST_SENT))
+    return Solved(solution, colours, sums, energy, reciprocity, links, rays, seconds)
+
+
+METHODS: dict[str, Method] = {"hierarchical": _hierarchical, "gathering": _gathering, "shooting": _shooting}
