@@ -7,16 +7,19 @@ the radiance P / (pi A), a sun the irradiance of a surface that faces it, a sky 
 
 from collections.abc import Sequence
 from math import ceil, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .area_lamps import AreaLamp
 from .arrays import FloatArray
 from .round_lamps import Cone, PointLamp, SunLamp
-from .scene import Scene
 from .sky import SkyLamp
 from .soft_shadows import visible_share
 from .visibility import Occluders
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 __all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp", "lamp_irradiance", "scene_reach"]
 
@@ -68,7 +71,7 @@ def lamp_irradiance(
     return H
 
 
-def scene_reach(scene: Scene) -> float:
+def scene_reach(scene: "Scene") -> float:
     """Return a way that leaves a scene from everywhere in it, the diagonal of its bounding box and some more [m]."""
     points = scene.vertices[scene.corner_vertex]
     return 1.01 * float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 1.0

@@ -8,13 +8,16 @@ Everything a user can get wrong raises `RadiosityError` and names the object; wh
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arrays import BoolArray, FloatArray, IntArray, indices, table
 from .errors import RadiosityError
+
+if TYPE_CHECKING:
+    from .lamps import Lamp
 
 __all__ = ["AUTO", "BACK", "BOTH", "FARTHEST", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray"]
 __all__ += ["Scene"]
@@ -58,6 +61,8 @@ class Scene:
         face blocks light from both sides.
     divisions : ndarray of shape (f,)
         Patches along one row of the face (n of T12).
+    lamps : tuple of Lamp
+        Lamps and sky: light that comes from no face.
     warnings : tuple of str
         What was put right or left out, one line each, without repeats.
     """
@@ -72,6 +77,7 @@ class Scene:
     object_names: tuple[str, ...]
     sides: NDArray[np.uint8]
     divisions: IntArray
+    lamps: tuple["Lamp", ...]
     warnings: tuple[str, ...]
 
     def __init__(
@@ -87,6 +93,7 @@ class Scene:
         object_names: Sequence[str] = ("Scene",),
         sides: ArrayLike | None = None,
         divisions: ArrayLike | None = None,
+        lamps: Sequence["Lamp"] = (),
         warnings: Sequence[str] = (),
     ) -> None:
         """Check and keep the arrays; see the class for their meaning.
@@ -120,6 +127,7 @@ class Scene:
         self._refuse((shown < AUTO) | (shown > BOTH), "sides must be 0 (auto), 1 (front), 2 (back) or 3 (both)")
         self._keep("sides", shown.astype(np.uint8))
         self._keep("divisions", indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
+        self._keep("lamps", tuple(lamps))
         self._refuse(self.divisions < 1, "divisions must be 1 or more")
         self._keep("corner_normals", self._checked_normals(corner_normals))
 

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's world as the core's sky: one color, or a picture that Cycles renders of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..core.lamps import Lamp, SkyLamp
+from .panorama import render_sky
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def read_world(world: bpy.types.World | None, notes: list[str]) -> tuple[Lamp, ...]:
+    """Read the light of a world.
+
+    Parameters
+    ----------
+    world : bpy.types.World or None
+    notes : list of str
+        What is read otherwise than Blender would render it is added.
+
+    Returns
+    -------
+    tuple of Lamp
+        A sky, and a sun for each spot in it that is much brighter than the rest; nothing where it is black.
+    """
+    if world is None or not world.cycles_visibility.diffuse:
+        return ()
+    color = _constant(world)
+    if color is None:
+        return render_sky(world, notes)
+    if (color < 0.0).any():
+        notes.append(f"World '{world.name_full}': a negative color or strength counts as 0")
+    color = color.clip(0.0)
+    return (SkyLamp(world.name_full, color.reshape(1, 1, 3)),) if color.any() else ()
+
+
+def _constant(world: bpy.types.World) -> NDArray[np.float64] | None:
+    """Return the radiance of a world of one color; None for any other."""
+    # From 5.0 on every world uses nodes, and asking for `use_nodes` warns that it will go.
+    if world.node_tree is None or (bpy.app.version < (5, 0, 0) and not world.use_nodes):
+        return np.array(world.color, dtype=float)
+    output = world.node_tree.get_output_node('CYCLES') or world.node_tree.get_output_node('ALL')
+    if output is None or not output.inputs["Surface"].is_linked:
+        return np.zeros(3)
+    shader = output.inputs["Surface"].links[0].from_node
+    if shader.bl_idname != 'ShaderNodeBackground' or shader.mute:
+        return None
+    color, strength = shader.inputs["Color"], shader.inputs["Strength"]
+    if not strength.is_linked and strength.default_value == 0.0:
+        return np.zeros(3)
+    if color.is_linked or strength.is_linked:
+        return None
+    return np.array(color.default_value[:3], dtype=float) * strength.default_value
