@@ -15,10 +15,11 @@ from .meshing import Patches, mesh
 from .methods import METHODS, Solved
 from .progress import Progress
 from .report import Report, object_counts, row_sum_range, scene_counts
-from .scene import Scene
+from .scene import AUTO, Scene
 from .settings import Settings
+from .sides import Surroundings, choose_sides, island_counts
 from .solution import Solution
-from .visibility import Occluders, scene_occluders
+from .visibility import scene_occluders
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ class Bake:
 
 
 def bake(
-    scene: Scene, settings: Settings, *, occluders: Occluders | None = None, executor: Executor | None = None
+    scene: Scene, settings: Settings, *, occluders: Surroundings | None = None, executor: Executor | None = None
 ) -> Generator[Progress, None, Bake]:
     """Light a scene.
 
@@ -59,8 +60,8 @@ def bake(
         Surfaces in world space [m].
     settings : Settings
         How to light it.
-    occluders : Occluders, optional
-        Who answers what blocks what; made from the scene when not given.
+    occluders : Surroundings, optional
+        Who answers what blocks what, and what rays meet first; made from the scene when not given.
     executor : concurrent.futures.Executor, optional
         Who runs the parallel parts; a thread pool of the machine's size when not given.
 
@@ -83,9 +84,12 @@ def bake(
     began = time.perf_counter()
     yield Progress("Patches", 0.0)
     patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
-    meshed = time.perf_counter()
     occluders = occluders or scene_occluders(scene, patches)
     yield Progress("Surfaces", 1.0)
+    if (scene.sides == AUTO).any():
+        scene = choose_sides(scene, patches, occluders, settings.sides, seed=settings.seed)
+        patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
+    meshed = time.perf_counter()
     solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)
     seconds = {"mesh": meshed - began} | solved.seconds | {"total": time.perf_counter() - began}
     report = _report(scene, patches, settings, solved, seconds)
@@ -117,6 +121,7 @@ def _report(scene: Scene, patches: Patches, settings: Settings, solved: Solved, 
         )
     return Report(
         scene=scene_counts(scene),
+        islands=island_counts(scene),
         patches=len(patches.area),
         links=solved.links,
         rays=solved.rays,

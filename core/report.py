@@ -55,6 +55,8 @@ class Report:
     ----------
     scene : dict
         Numbers of objects, faces and vertices.
+    islands : dict
+        How many sets of connected faces have light on their front, their back, or both.
     patches : int
         What the faces were cut into.
     links : int
@@ -85,6 +87,7 @@ class Report:
     """
 
     scene: dict[str, int]
+    islands: dict[str, int]
     patches: int
     links: int
     rays: int

@@ -9,6 +9,7 @@ from .errors import RadiosityError
 METHODS = ("hierarchical", "gathering", "shooting")
 FORM_FACTORS = ("exact", "centre", "hemicube")
 QUALITIES = ("preview", "medium", "high", "production")
+SIDES = ("auto", "front", "back")
 
 DEFAULT_METHOD = "hierarchical"
 
@@ -25,6 +26,9 @@ class Settings:
         Kernel of the two dense methods: "exact", "centre" (T2) or "hemicube" (T4).
     quality : str
         The one knob of the hierarchical method: "preview", "medium", "high" or "production".
+    sides : str
+        What has light, of faces whose sides the scene leaves open: "front", "back", or "auto" for where light can
+        reach, which may be both.
     max_edge : float or None
         Longest edge that a patch may have [m]; None leaves the mesh as it is.
     subdivide : int
@@ -46,6 +50,7 @@ class Settings:
     method: str = DEFAULT_METHOD
     form_factors: str = "exact"
     quality: str = "medium"
+    sides: str = "auto"
     max_edge: float | None = None
     subdivide: int = 1
     iterations: int = 200
@@ -57,6 +62,7 @@ class Settings:
         _check_choice("method", self.method, METHODS)
         _check_choice("form factors", self.form_factors, FORM_FACTORS)
         _check_choice("quality", self.quality, QUALITIES)
+        _check_choice("sides", self.sides, SIDES)
         if self.max_edge is not None and not (isfinite(self.max_edge) and self.max_edge > 0.0):
             raise RadiosityError(f"The longest patch edge is {self.max_edge} m: give a length above 0 m, or none.")
         _check_whole("subdivision", self.subdivide, 1)

@@ -74,6 +74,35 @@ class _Points:
         return _Points(self.place[chosen], self.normal[chosen], self.node[chosen], self.alone[chosen])
 
 
+def choose_sides(
+    scene: Scene, patches: Patches, occluders: Surroundings, choice: str = "auto", *, seed: int = 0
+) -> Scene:
+    """Give sides to the faces marked AUTO.
+
+    Parameters
+    ----------
+    scene : Scene
+        Faces with other sides keep them.
+    patches : Patches
+        How the scene is meshed.
+    occluders : Surroundings
+        What blocks.
+    choice : str
+        "front", "back", or "auto": where light can reach.
+    seed : int
+        Start of the random numbers.
+
+    Returns
+    -------
+    Scene
+        Without AUTO.
+    """
+    if choice == "auto":
+        return auto_sides(scene, patches, occluders, seed=seed)
+    side = BACK if choice == "back" else FRONT
+    return replace(scene, sides=np.where(scene.sides == AUTO, side, scene.sides))
+
+
 def auto_sides(scene: Scene, patches: Patches, occluders: Surroundings, *, seed: int = 0) -> Scene:
     """Decide for the faces marked AUTO which sides light can reach.
 

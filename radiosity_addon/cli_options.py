@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..core.errors import RadiosityError
-from ..core.settings import FORM_FACTORS, METHODS, QUALITIES, Settings
+from ..core.settings import FORM_FACTORS, METHODS, QUALITIES, SIDES, Settings
 
 WRONG_USAGE = 2
 ENDINGS = {"output": ".blend", "gltf": ".glb", "render": ".png", "report": ".json"}
@@ -98,6 +98,7 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", choices=METHODS, help=f"how light is exchanged ({chosen.method})")
     parser.add_argument("--form-factors", choices=FORM_FACTORS, help=f"dense methods' kernel ({chosen.form_factors})")
     parser.add_argument("--quality", choices=QUALITIES, help=f"effort of the hierarchical method ({chosen.quality})")
+    parser.add_argument("--sides", choices=SIDES, help=f"which sides of faces have light ({chosen.sides})")
     parser.add_argument("--max-edge", type=float, metavar="METRES", help="longest edge of a patch (the mesh's own)")
     parser.add_argument("--subdivide", type=int, metavar="N", help=f"factor on patches a side ({chosen.subdivide})")
     parser.add_argument("--iterations", type=int, metavar="N", help=f"sweeps at most ({chosen.iterations})")

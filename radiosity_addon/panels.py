@@ -74,6 +74,7 @@ class RADIOSITY_PT_advanced(_Sidebar, bpy.types.Panel):
         row = layout.row()
         row.active = settings.method != 'hierarchical'
         row.prop(settings, "form_factors")
+        layout.prop(settings, "sides")
         layout.prop(settings, "subdivide")
         layout.prop(settings, "seed")
 

@@ -43,6 +43,16 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
         ),
         default=DEFAULTS.form_factors,
     )
+    sides: EnumProperty(
+        name="Sides",
+        description="Which sides of faces have light and show it",
+        items=(
+            ('auto', "Auto", "Where light can reach: front, back or both, for each set of connected faces"),
+            ('front', "Front", "The sides that normals point to; the others are black"),
+            ('back', "Back", "The sides that normals point away from; the others are black"),
+        ),
+        default=DEFAULTS.sides,
+    )
     max_edge: FloatProperty(
         name="Patch Size",
         description="Longest edge of the patches that faces are split into for the bake; 0 keeps faces whole",
@@ -127,6 +137,7 @@ def core_settings(scene: bpy.types.Scene) -> Settings:
         method=chosen.method,
         form_factors=chosen.form_factors,
         quality=chosen.quality,
+        sides=chosen.sides,
         max_edge=chosen.max_edge * metres or None,
         subdivide=chosen.subdivide,
         iterations=chosen.iterations,

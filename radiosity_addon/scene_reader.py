@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
-from ..core.scene import Scene
+from ..core.scene import AUTO, Scene
 from .materials import Surface, read_material
 from .rendered import SURFACE_TYPES, left_out, rendered_objects
 
@@ -245,6 +245,7 @@ def _join(parts: list[_Part], names: tuple[str, ...], notes: list[str]) -> Scene
         corner_normals=np.concatenate([part.corner_normals for part in parts]),
         face_object=np.repeat(np.arange(len(parts)), [len(part.reflectance) for part in parts]),
         object_names=names,
+        sides=np.full(sum(len(part.reflectance) for part in parts), AUTO),
         warnings=notes,
     )
 

@@ -11,8 +11,8 @@ from core.scene import Scene
 from core.solution import Solution
 
 KEYS = {
-    "scene", "patches", "links", "rays", "iterations", "converged", "residual", "row_sum", "reciprocity", "energy",
-    "seconds", "peak_memory_mb", "objects", "warnings", "settings",
+    "scene", "islands", "patches", "links", "rays", "iterations", "converged", "residual", "row_sum", "reciprocity",
+    "energy", "seconds", "peak_memory_mb", "objects", "warnings", "settings",
 }  # fmt: skip
 
 

@@ -21,6 +21,7 @@ def test_everything_that_is_offered_is_taken(method, form_factors, quality):
         ({"method": "photon"}, "gathering"),
         ({"form_factors": "disc"}, "hemicube"),
         ({"quality": "ultra"}, "production"),
+        ({"sides": "both"}, "auto, front, back"),
         ({"max_edge": 0.0}, "0 m"),
         ({"max_edge": float("nan")}, "above 0 m"),
         ({"max_edge": float("inf")}, "above 0 m"),

@@ -7,7 +7,7 @@ import pytest
 from core.islands import islands
 from core.meshing import mesh
 from core.scene import AUTO, BACK, BOTH, FRONT, Scene
-from core.sides import auto_sides, island_counts
+from core.sides import auto_sides, choose_sides, island_counts
 from core.surfaces import occluder_polygons
 from core.visibility import BruteForceOccluders, BVHOccluders
 
@@ -216,6 +216,26 @@ def test_sides_that_are_chosen_stay(decide, room):
     scene = decide(things.scene())
     assert scene.sides.tolist() == [BACK] * 6 + [BOTH, FRONT]
     assert decide(scene) is scene
+
+
+@pytest.mark.parametrize(("choice", "side"), [("front", FRONT), ("back", BACK)])
+def test_a_choice_for_all_goes_where_none_was_made(room, choice, side):
+    scene = room().add("Top", [sheet((1, 1, 0.7), (2, 2))], sides=BOTH).scene()
+    assert choose_sides(scene, mesh(scene), None, choice).sides.tolist() == [side] * 7 + [BOTH]
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_a_bake_shows_the_light_inside(room, light, inward):
+    scene = room(inward).scene()
+    chosen = {"method": "gathering", "max_edge": 1.0}
+    auto = light(scene, **chosen)
+    np.testing.assert_allclose(auto.report.row_sum.mean, 1.0, atol=0.02)
+    assert auto.corner_radiance.min() > 0.01
+    assert auto.report.islands == {"front": inward, "back": not inward, "both": 1}
+    assert any("lit from the back" in line for line in auto.report.warnings) is not inward
+    if not inward:
+        # Outside it is dark.
+        assert np.all(light(scene, sides="front", **chosen).corner_radiance[:24] == 0.0)
 
 
 def test_a_side_that_is_chosen_off_passes_no_light_on(found, box):
