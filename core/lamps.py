@@ -20,13 +20,16 @@ from .visibility import Occluders
 
 if TYPE_CHECKING:
     from .scene import Scene
+    from .settings import Settings
 
-__all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp", "lamp_irradiance", "scene_reach"]
+__all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp", "direct_light", "lamp_irradiance", "scene_reach"]
 
 Lamp = AreaLamp | PointLamp | SunLamp | SkyLamp
 
 # A sky is as large as the world: it takes more cells along each side than a lamp.
 _SKY = 4
+# Rays for each lamp and receiver in the first look, by the quality of a bake.
+_RAYS = {"preview": 4, "medium": 9, "high": 16, "production": 36}
 
 
 def lamp_irradiance(
@@ -69,6 +72,30 @@ def lamp_irradiance(
         else:
             H += light
     return H
+
+
+def direct_light(
+    scene: "Scene", points: FloatArray, normals: FloatArray, settings: "Settings", occluders: Occluders
+) -> FloatArray:
+    """Return the light that a scene's lamps send straight to receivers in it, as finely as the settings ask for.
+
+    Parameters
+    ----------
+    scene : Scene
+    points, normals : ndarray of shape (n, 3)
+        Receivers [m] and their unit normals.
+    settings : Settings
+        Give the quality.
+    occluders : Occluders
+        What blocks.
+
+    Returns
+    -------
+    ndarray of shape (n, 3)
+        Irradiance H [W/m^2].
+    """
+    rays, reach = _RAYS[settings.quality], scene_reach(scene)
+    return lamp_irradiance(scene.lamps, points, normals, occluders, rays=rays, reach=reach)
 
 
 def scene_reach(scene: "Scene") -> float:

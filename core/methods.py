@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Generator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from .gathering import gathering
 from .hierarchy.corners import corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
 from .hierarchy.solve import patch_solution, solve
+from .lamps import direct_light
 from .meshing import Patches
 from .progress import Progress, T
 from .report import Energy, energy_balance
@@ -148,17 +149,18 @@ def _gathering(
     steps = dense_transport(patches, occluders, kernel=settings.form_factors, surfaces=surfaces, executor=executor)
     transport = yield from clock.watch(steps)
     reciprocity = reciprocity_error(transport)
+    H0 = direct_light(scene, patches.centre, patches.normal, settings, occluders)
     solution = yield from clock.watch(
         gathering(
             transport,
-            patches.emission,
+            patches.emission + patches.reflectance * H0,
             patches.reflectance,
             iterations=settings.iterations,
             tolerance=settings.tolerance,
         )
     )
     return _interpolated(
-        scene, patches, solution, transport.row_sums(), reciprocity, transport.links, transport.rays, clock
+        scene, patches, H0, solution, transport.row_sums(), reciprocity, transport.links, transport.rays, clock
     )
 
 
@@ -171,15 +173,19 @@ def _shooting(
     transport = column_transport(patches, occluders, kernel=settings.form_factors, surfaces=surfaces)
     # As many shots as that many sweeps have patches.
     most = settings.iterations * len(patches.area)
+    H0 = direct_light(scene, patches.centre, patches.normal, settings, occluders)
+    E, rho = patches.emission + patches.reflectance * H0, patches.reflectance
     solution = yield from clock.watch(
-        shooting(transport, patches.emission, patches.reflectance, iterations=most, tolerance=settings.tolerance)
+        shooting(transport, E, rho, iterations=most, tolerance=settings.tolerance)
     )
-    return _interpolated(scene, patches, solution, transport.row_sums(), None, transport.links, transport.rays, clock)
+    sums = transport.row_sums()
+    return _interpolated(scene, patches, H0, solution, sums, None, transport.links, transport.rays, clock)
 
 
 def _interpolated(
     scene: Scene,
     patches: Patches,
+    direct: FloatArray,
     solution: Solution,
     sums: FloatArray,
     reciprocity: float | None,
@@ -187,8 +193,9 @@ def _interpolated(
     rays: int,
     clock: _Clock,
 ) -> Solved:
-    """Take the colours of the corners from the patches that meet there (T16)."""
+    """Take the colours of the corners from the patches that meet there (T16); `direct` light came from no patch."""
     begun = time.perf_counter()
+    solution = replace(solution, irradiance=solution.irradiance + direct)
     colours = corner_radiance(scene, patches, solution.irradiance)
     spent = clock.seconds
     seconds = {
@@ -196,7 +203,9 @@ def _interpolated(
         "solve": spent["gathering light"] + spent["shooting light"],
         "shade": time.perf_counter() - begun,
     }
-    energy = energy_balance(patches.area, patches.emission, patches.reflectance, solution, np.minimum(sums, MOST_SENT))
+    # What arrives from lamps counts as emitted.
+    E, rho = patches.emission + direct, patches.reflectance
+    energy = energy_balance(patches.area, E, rho, solution, np.minimum(sums, MOST_SENT))
     return Solved(solution, colours, sums, energy, reciprocity, links, rays, seconds)
 
 
