@@ -41,13 +41,11 @@ def _renders_itself(obj: bpy.types.Object) -> bool:
     return not obj.hide_render and (obj.show_instancer_for_render or not instances)
 
 
-def left_out(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
+def left_out(depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Tell what gives light or shade in a render but is no object to be read.
 
     Parameters
     ----------
-    scene : bpy.types.Scene
-        Its world is looked at.
     depsgraph : bpy.types.Depsgraph
         Its instances are.
 
@@ -57,8 +55,6 @@ def left_out(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str
         One line for each thing, with its name.
     """
     notes = []
-    if _shines(scene.world):
-        notes.append(f"World '{scene.world.name_full}' gives no light to the bake")
     copies = Counter(
         instance.object.original.name_full
         for instance in depsgraph.object_instances
@@ -76,15 +72,3 @@ def _own_surface(instance: bpy.types.DepsgraphObjectInstance) -> bool:
     original = instance.object.original
     return original.type in SURFACE_TYPES and instance.parent.original == original
 
-
-def _shines(world: bpy.types.World | None) -> bool:
-    if world is None:
-        return False
-    if world.node_tree is None:
-        return any(world.color)
-    backgrounds = [node for node in world.node_tree.nodes if node.bl_idname == 'ShaderNodeBackground']
-    return any(
-        node.inputs["Strength"].default_value > 0.0
-        and (node.inputs["Color"].is_linked or any(node.inputs["Color"].default_value[:3]))
-        for node in backgrounds
-    )

@@ -14,9 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
+from ..core.lamps import Lamp
 from ..core.scene import AUTO, Scene
+from .lamps import read_lamp
 from .materials import Surface, read_material
 from .rendered import SURFACE_TYPES, left_out, rendered_objects
+from .world import read_world
 
 if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
@@ -80,7 +83,7 @@ class _Part:
 
 
 def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph) -> Reading:
-    """Read the meshes that are visible in renders.
+    """Read the meshes and lamps that are visible in renders, and the world.
 
     Parameters
     ----------
@@ -101,11 +104,12 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     RadiosityError
         When no mesh with faces renders, or when a mesh has a position that is not finite.
     """
-    notes = left_out(scene, depsgraph)
+    notes = left_out(depsgraph)
     scale = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
     surfaces: dict[str, Surface] = {}
     parts: list[_Part] = []
     targets: list[Target] = []
+    lamps: list[Lamp] = []
     corners = 0
     for obj in rendered_objects(view_layer):
         if obj.type in SURFACE_TYPES:
@@ -113,7 +117,8 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
                 f"Object '{obj.name_full}' is not a mesh and is left out; convert it (Object > Convert > Mesh)"
             )
         elif obj.type == 'LIGHT':
-            notes.append(f"Light '{obj.name_full}' is left out; let a mesh with an emission material shine instead")
+            lamp = read_lamp(obj, depsgraph, world_matrix(obj, depsgraph), scale, notes)
+            lamps += [lamp] if lamp is not None else []
         elif obj.type == 'MESH':
             part, target = _read_object(obj, depsgraph, scale, corners, surfaces, notes)
             if len(target.corner_vertex):
@@ -127,7 +132,10 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
         )
     for surface in surfaces.values():
         notes.extend(surface.warnings)
-    return Reading(_join(parts, tuple(target.object_name for target in targets), notes), tuple(targets))
+    names = tuple(target.object_name for target in targets)
+    # Last, as it may render, which makes the depsgraph old.
+    lamps += read_world(scene.world, notes)
+    return Reading(_join(parts, names, lamps, notes), tuple(targets))
 
 
 def _read_object(
@@ -229,7 +237,7 @@ def _materials(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> list[bpy.types.Ma
     return materials or [None]
 
 
-def _join(parts: list[_Part], names: tuple[str, ...], notes: list[str]) -> Scene:
+def _join(parts: list[_Part], names: tuple[str, ...], lamps: list[Lamp], notes: list[str]) -> Scene:
     """Put the parts one after the other into one scene."""
     first_vertex = np.cumsum([0] + [len(part.vertices) for part in parts])
     first_corner = np.cumsum([0] + [len(part.corner_vertex) for part in parts])
@@ -245,6 +253,7 @@ def _join(parts: list[_Part], names: tuple[str, ...], notes: list[str]) -> Scene
         corner_normals=np.concatenate([part.corner_normals for part in parts]),
         face_object=np.repeat(np.arange(len(parts)), [len(part.reflectance) for part in parts]),
         object_names=names,
+        lamps=lamps,
         sides=np.full(sum(len(part.reflectance) for part in parts), AUTO),
         warnings=notes,
     )
