@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from .scene import Scene
     from .settings import Settings
 
-__all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp", "direct_light", "lamp_irradiance", "scene_reach"]
+__all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp"]
+__all__ += ["direct_light", "lamp_irradiance", "scene_reach"]
 
 Lamp = AreaLamp | PointLamp | SunLamp | SkyLamp
 

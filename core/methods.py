@@ -175,9 +175,7 @@ def _shooting(
     most = settings.iterations * len(patches.area)
     H0 = direct_light(scene, patches.centre, patches.normal, settings, occluders)
     E, rho = patches.emission + patches.reflectance * H0, patches.reflectance
-    solution = yield from clock.watch(
-        shooting(transport, E, rho, iterations=most, tolerance=settings.tolerance)
-    )
+    solution = yield from clock.watch(shooting(transport, E, rho, iterations=most, tolerance=settings.tolerance))
     sums = transport.row_sums()
     return _interpolated(scene, patches, H0, solution, sums, None, transport.links, transport.rays, clock)
 

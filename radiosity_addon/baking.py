@@ -102,8 +102,8 @@ def _require_light(scene: Scene) -> None:
     """Refuse a scene that would only be black, in the words of Blender's interface."""
     if not scene.lamps and not scene.emission[scene.live].any():
         raise RadiosityError(
-            "Nothing that renders emits light: give a material an Emission Strength above 0 (Principled BSDF, Emission), "
-            "add a light, or let the world shine"
+            "Nothing that renders emits light: give a material an Emission Strength above 0 (Principled BSDF, "
+            "Emission), add a light, or let the world shine"
         )
 
 

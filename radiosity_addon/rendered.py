@@ -71,4 +71,3 @@ def _own_surface(instance: bpy.types.DepsgraphObjectInstance) -> bool:
     """Tell whether this is the surface of a text or curve, which Blender hands out as an instance of itself."""
     original = instance.object.original
     return original.type in SURFACE_TYPES and instance.parent.original == original
-

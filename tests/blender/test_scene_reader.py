@@ -245,27 +245,17 @@ def test_a_scene_without_faces_is_an_error_that_says_what_to_add(read, error, sc
 
 def test_what_is_left_out_is_told_by_name(read, scene, blender):
     square = add_square(scene)
-    for kind, data in (
-        ("Lamp", blender.data.lights.new("Lamp", 'POINT')),
-        ("Words", blender.data.curves.new("Words", 'FONT')),
-    ):
-        scene.collection.objects.link(blender.data.objects.new(kind, data))
+    words = blender.data.curves.new("Words", 'FONT')
+    scene.collection.objects.link(blender.data.objects.new("Words", words))
     inside = blender.data.collections.new("Inside")
     add_mesh(scene, "Chair", SQUARE, [(0, 1, 2, 3)], collection=inside)
     empty = blender.data.objects.new("Empty", None)
     empty.instance_type, empty.instance_collection = 'COLLECTION', inside
     scene.collection.objects.link(empty)
-    scene.world = blender.data.worlds.new("Sky")
-    scene.world.color = (0.5, 0.5, 0.5)
-    if scene.world.node_tree is None:
-        scene.world.use_nodes = True
     reading = read()
     assert reading.scene.object_names == (square.name,)
-    for name in ("'Lamp'", "'Words'", "'Chair'", "'Sky'"):
+    for name in ("'Words'", "'Chair'"):
         assert sum(name in warning for warning in reading.scene.warnings) == 1, name
-    background = next(node for node in scene.world.node_tree.nodes if node.bl_idname == 'ShaderNodeBackground')
-    background.inputs["Strength"].default_value = 0.0
-    assert not any("'Sky'" in warning for warning in read().scene.warnings)
 
 
 def test_warnings_of_a_material_come_once(read, scene):
