@@ -92,7 +92,7 @@ def _block(
         jitter = (first + who)[:, None] * _STEP + (cell * cut * cut + finer)[:, None] * _HASH
         u, v = (np.stack(np.divmod(cell, side)) + (np.stack(np.divmod(finer, cut)) + (jitter % 1).T) / cut) / side
         out, length, light = lamp.sample(points[who], normals[who], u, v)
-        light = light.reshape(len(who), -1)
+        light = light[:, None] if light.ndim == 1 else light
         clear = np.zeros(len(who), bool)
         shines = np.flatnonzero(light.any(axis=1))
         start = points[who[shines]]
@@ -110,7 +110,7 @@ def _block(
         rays = _FINER * _FINER
         who, finer = np.repeat(at, rays), np.tile(np.arange(rays), len(at))
         light, clear = cast(who, np.repeat(cell, rays), finer, _FINER)
-        means = (values.reshape(len(at), rays, -1).mean(axis=1) for values in (light * clear[:, None], light))
+        means = (values.reshape(len(at), rays, shape[2]).mean(axis=1) for values in (light * clear[:, None], light))
         through[at, cell], whole[at, cell] = means
     total = whole.sum(axis=1)
     return np.asarray(through.sum(axis=1) / np.maximum(total, _TINY))
