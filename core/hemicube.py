@@ -88,7 +88,7 @@ class Hemicube:
             Dimensionless.
         """
         polygon, front = self.seen(point, normal, polygons)
-        return np.bincount(polygon[front], self.deltas[front], minlength=len(polygons))
+        return np.bincount(polygon[front], self.deltas[front], minlength=len(polygons)).astype(float)
 
     def seen(self, point: FloatArray, normal: FloatArray, polygons: FloatArray) -> tuple[IntArray, NDArray[np.bool_]]:
         """Return which polygon is the nearest in every pixel, in the order of `deltas`.

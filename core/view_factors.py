@@ -106,6 +106,9 @@ def _closed(exchange: FloatArray, areas: FloatArray) -> FloatArray:
     for _ in range(MOST_SWEEPS):
         sums = scale * (exchange @ scale) / areas
         if np.abs(sums - 1).max() < CLOSED:
-            break
+            return exchange * np.outer(scale, scale)
         scale /= np.sqrt(sums)
-    return exchange * np.outer(scale, scale)
+    raise RadiosityError(
+        "Row sums of 1 and reciprocity contradict each other for these polygons: they do not enclose a space. "
+        "Check that none is missing, or do without closed."
+    )
