@@ -108,7 +108,9 @@ class RADIOSITY_PT_last_bake(_Sidebar, bpy.types.Panel):
 def _letters(context: bpy.types.Context) -> int:
     """Return how many letters a line beside an icon holds, about."""
     width = context.region.width if context.region else 0
-    return max(int(width / (LETTER * context.preferences.system.ui_scale)) - 8, 24)
+    # Without a window Blender's scale is 0.
+    scale = context.preferences.system.ui_scale or 1.0
+    return max(int(width / (LETTER * scale)) - 8, 24)
 
 
 register, unregister = bpy.utils.register_classes_factory(
