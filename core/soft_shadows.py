@@ -112,8 +112,18 @@ def _block(
         light, clear = cast(who, np.repeat(cell, rays), finer, _FINER)
         means = (values.reshape(len(at), rays, shape[2]).mean(axis=1) for values in (light * clear[:, None], light))
         through[at, cell], whole[at, cell] = means
-    total = whole.sum(axis=1)
-    return np.asarray(through.sum(axis=1) / np.maximum(total, _TINY))
+    return _shares(through.sum(axis=1), whole.sum(axis=1))
+
+
+def _shares(through: FloatArray, whole: FloatArray) -> FloatArray:
+    """Return how much of the light comes through, also to receivers whose rays have all missed the lit part."""
+    start = np.arange(0, len(whole), _GROUP)
+    sums = (np.add.reduceat(values, start, axis=0) for values in (through, whole))
+    group = np.arange(len(whole)) // _GROUP
+    # What neighbours see is the best guess; without any, nothing is known to be in the way.
+    of_group, all_of_group = (values[group] for values in sums)
+    guess = np.where(all_of_group > 0, of_group / np.maximum(all_of_group, _TINY), 1.0)
+    return np.where(whole > 0, through / np.maximum(whole, _TINY), guess)
 
 
 def _unsure(clear: BoolArray, counts: BoolArray, side: int) -> BoolArray:
