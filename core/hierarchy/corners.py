@@ -134,7 +134,7 @@ def final_gather(
 def _uncover(
     light: Float, covered: NDArray[np.bool_], corners: Corners, elements: Elements, irradiance: Float, patches: Patches
 ) -> None:
-    """Give corners inside or under other geometry the light of the nearest lit element beside them, in place."""
+    """Give corners inside or under other geometry the light of what is lit of their patches, in place."""
     if not covered.any():
         return
     # All elements of the patches that touch a covered corner.
@@ -148,7 +148,7 @@ def _uncover(
     at = group[touching][pair]
     lit = irradiance[element].any(axis=1)
     at, element = at[lit], element[lit]
-    apart = elements.centre[element] - corners.point[at]
-    order = np.lexsort(((apart * apart).sum(axis=1), at))
-    first = order[np.flatnonzero(np.diff(at[order], prepend=-1))]
-    light[at[first]] = irradiance[element[first]]
+    area = np.bincount(at, elements.area[element], len(light))
+    mean = [np.bincount(at, elements.area[element] * irradiance[element, k], len(light)) for k in range(3)]
+    beside = covered & (area > 0)
+    light[beside] = (np.stack(mean, axis=1) / np.maximum(area, 1e-300)[:, None])[beside]

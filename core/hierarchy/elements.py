@@ -151,8 +151,8 @@ def _spread(corners: Float, patches: Patches, lit: Int) -> Float:
             factors[where] = far_form_factors(point, facing, sources, node[where])
     light = np.zeros(len(normal))
     light[receivers.index] = np.bincount(receiver, factors * (power / sources.area)[node], len(normal))
-    light = light.reshape(-1, 4)
-    spread: Float = np.abs(light - light.mean(axis=1, keepdims=True)).mean(axis=1)
+    quarter = light.reshape(-1, 4)
+    spread: Float = np.abs(quarter - quarter.mean(axis=1, keepdims=True)).mean(axis=1)
     return spread
 
 

@@ -55,11 +55,7 @@ _PILOT = Detail(0.7, 0.05, 0.1, 4)
 
 QUALITIES = {
     "preview": Quality(1e-3, 1 / 16, _PILOT, Detail(1.0, 0.03, 0.05, 4), Detail(0.8, 0.03, 0.03, 8)),
-    "medium": Quality(
-        1e-4, 1 / 32, _PILOT, Detail(0.7, 0.01, 0.02, 8), Detail(0.5, 0.005, 0.01, 16)
-    ),
-    "high": Quality(
-        3e-5, 1 / 48, _PILOT, Detail(0.5, 0.004, 0.01, 16), Detail(0.4, 0.002, 0.005, 32)
-    ),
+    "medium": Quality(1e-4, 1 / 32, _PILOT, Detail(0.7, 0.01, 0.02, 8), Detail(0.5, 0.005, 0.01, 16)),
+    "high": Quality(3e-5, 1 / 48, _PILOT, Detail(0.5, 0.004, 0.01, 16), Detail(0.4, 0.002, 0.005, 32)),
     "production": Quality(1e-5, 1 / 64, _PILOT, Detail(0.35, 0.001, 0.004, 32), Detail(0.3, 0.0007, 0.002, 64)),
 }

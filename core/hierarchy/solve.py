@@ -82,6 +82,10 @@ def solve(
     scenery = build_scenery(elements, guess, typical, occluders)
     yield Progress("Links", 0.0)
     transport = yield from hierarchical_transport(elements, scenery, quality.solve, workers)
+    # Where the light is decides how much of it goes amiss: once by the guess, once by the solution.
+    transport = transport.balanced(guess)
+    solution = yield from gathering(transport, E, rho, iterations=iterations, tolerance=tolerance)
+    transport = transport.balanced(solution.radiosity)
     solution = yield from gathering(transport, E, rho, iterations=iterations, tolerance=tolerance)
     typical = typical_irradiance(elements, solution.irradiance) or typical
     return Lit(

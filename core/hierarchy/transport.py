@@ -35,8 +35,10 @@ _FAINT = 0.05
 BRIGHT = 4.0
 # A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
 _CLOSURE = 0.1
-# What is received may be put right by this factor at most: more would let errors of hidden places out.
+# What is received from a lamp, and from all others, may be put right by this factor at most: more would let errors of
+# hidden places out, such as the gap between a lamp and its ceiling.
 _BALANCE = 1.15
+_OTHERS = 1.05
 # Directions that each group is probed in, whether it can see out.
 _PROBES = 16
 
@@ -52,24 +54,30 @@ class HierarchicalTransport:
     receivers : Receivers
         Centres of the elements.
     rows : tuple of Rows
+    lamp : ndarray of shape (n,)
+        Elements much brighter than is typical.
     bright : ndarray of shape (m,)
         Nodes much brighter than is typical; many rays have seen to it that their links are right.
     closure : ndarray of shape (n,)
         What each row's other links are multiplied with, so that in a closed room it adds up to one.
-    balance : ndarray of shape (n,)
-        What each element's radiosity is multiplied with, so that what is received is what was sent.
     sums : ndarray of shape (n,)
-        Share of each element's light that is received.
+        Share of its surroundings that each element sees shine; by reciprocity, that of its own light that is received.
+    arrives : ndarray of shape (n,)
+        The same, added up where it is received: not quite the same, since receivers are points.
+    balance : ndarray of shape (n,)
+        What each element's radiosity is multiplied with, so that all together receive what was sent.
     """
 
     elements: Elements
     sources: Sources
     receivers: Receivers
     rows: tuple[Rows, ...]
+    lamp: NDArray[np.bool_]
     bright: NDArray[np.bool_]
     closure: Float
-    balance: Float
     sums: Float
+    arrives: Float
+    balance: Float
 
     @property
     def area(self) -> Float:
@@ -91,6 +99,35 @@ class HierarchicalTransport:
         scale = float(np.abs(radiosity).max(initial=0.0)) or 1.0
         nodes = node_means(self.sources, self.area, self.balance[:, None] * radiosity / scale)
         return scale * closed_sum(_gathered(self.rows, self.receivers, parted(nodes, self.bright)), self.closure)
+
+    def sent(self) -> Float:
+        """Return which share of each element's light the solver lets others receive, shape (n,)."""
+        return self.balance * self.arrives
+
+    def balanced(self, radiosity: Float) -> "HierarchicalTransport":
+        """Return this transport with its energy in balance.
+
+        Lamps are put right one by one: the light of a small lamp at a wall is sent by few elements to few. All others
+        are put right together, so that no error of a single element is spread.
+
+        Parameters
+        ----------
+        radiosity : ndarray of shape (n, k)
+            Of the elements, a guess or a solution [W/m^2].
+
+        Returns
+        -------
+        HierarchicalTransport
+        """
+        sure = self.lamp & (self.arrives > 0)
+        balance = np.ones(len(self.area))
+        balance[sure] = np.clip(self.sums[sure] / self.arrives[sure], 1 / _BALANCE, _BALANCE)
+        power = self.area * radiosity.sum(axis=1)
+        missing = float(power @ (self.sums - balance * self.arrives))
+        others = float(power[~sure] @ self.arrives[~sure])
+        if others > abs(missing):
+            balance[~sure] += np.clip(missing / others, 1 / _OTHERS - 1, _OTHERS - 1)
+        return replace(self, balance=balance)
 
     def column(self, j: int) -> Float:
         """Return F_ij of all elements i for one j, shape (n,)."""
@@ -216,11 +253,15 @@ def hierarchical_transport(
         sees_no_way_out(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
     )
     closure, one = closures(sums, shut), np.ones(len(elements))
+    tree = scenery.sources.tree
+    leaf = np.flatnonzero(tree.child < 0)
+    lamp = np.zeros(len(elements), bool)
+    lamp[tree.order[tree.start[leaf]]] = bright[leaf]
+    total = closed_sum(sums, closure)[:, 0]
     transport = HierarchicalTransport(
-        elements, scenery.sources, receivers, tuple(rows), bright, closure, one, closed_sum(sums, closure)[:, 0]
+        elements, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
     )
-    balance, arrives = _balance(transport)
-    return replace(transport, balance=balance, sums=balance * arrives)
+    return replace(transport, arrives=_arrives(transport))
 
 
 def check_memory(rows: list[Rows], share: float) -> None:
@@ -278,8 +319,8 @@ def sees_no_way_out(receivers: Receivers, corners: Float, occluders: Occluders) 
     return shut
 
 
-def _balance(transport: HierarchicalTransport) -> tuple[Float, Float]:
-    """Return what makes what is received from each element what it sent out, and which share of it was received."""
+def _arrives(transport: HierarchicalTransport) -> Float:
+    """Return which share of each element's light is received, shape (n,)."""
     sources, receivers, area = transport.sources, transport.receivers, transport.area
     plain, closed = area[receivers.index], (area * transport.closure)[receivers.index]
     nodes = np.zeros(len(sources.area))
@@ -296,6 +337,4 @@ def _balance(transport: HierarchicalTransport) -> tuple[Float, Float]:
     leaf = np.flatnonzero(tree.child < 0)
     arrives = np.zeros(len(area))
     arrives[tree.order[tree.start[leaf]]] = nodes[leaf]
-    sent = transport.sums
-    balance = np.where(arrives > 0, sent / np.where(arrives > 0, arrives, 1), 1.0)
-    return np.clip(balance, 1 / _BALANCE, _BALANCE), arrives
+    return arrives
