@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import column_transport
 from .gathering import gathering
 from .hierarchy.corners import corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
@@ -26,7 +27,7 @@ from .shading import corner_radiance
 from .shooting import shooting
 from .solution import Solution
 from .surfaces import occluder_polygons
-from .transport import MOST_SENT, column_transport, dense_transport, reciprocity_error
+from .transport import MOST_SENT, dense_transport, reciprocity_error
 from .visibility import Occluders
 
 FloatArray = NDArray[np.float64]
@@ -132,7 +133,7 @@ def _hierarchical(
         patch_solution(lit, patches),
         colours,
         np.bincount(elements.patch, share * sums, len(patches.area)),
-        energy_balance(elements.area, E, rho, solution, sums),
+        energy_balance(elements.area, E, rho, solution, lit.transport.sent()),
         None,
         lit.transport.links + links,
         lit.rays + rays,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who lights whom, as the solvers see it: the matrix of form factors F, whole (T13) or a column at a time (T8).
+"""Who lights whom, as the solvers see it, and the whole matrix of form factors F (T13).
 
 F_ij is the share of the light from i that reaches j, and by reciprocity (A_i F_ij = A_j F_ji) what i receives from j:
 H = F B. The factors from a patch should add up to 1 in a closed room; their errors may make it a little more. What is
@@ -8,17 +8,20 @@ above `MOST_SENT` is taken out, so that light always dies away and the solvers a
 
 import os
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Protocol
+from functools import partial
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .blocks import block
 from .errors import RadiosityError
-from .exchange import Exchange, SingleArray, block, exchange
+from .exchange import Exchange, SingleArray, exchange
+from .hemicube_rows import Views, hemicube_rows, hemicube_views
 from .memory import available_memory
 from .meshing import Patches
 from .progress import Progress
@@ -27,18 +30,21 @@ from .surfaces import Occluding
 from .visibility import Occluders
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+S = TypeVar("S")
+R = TypeVar("R")
 # Patches j and A_i F_ij to each, then the number of segments tested for visibility.
-Strip = tuple[list[tuple[NDArray[np.int64], SingleArray]], int]
+Strip = tuple[list[tuple[IntArray, SingleArray]], int]
 
 STAGE = "Form factors"
 # Temporaries of one block of the exchange, for each of the threads [bytes].
 BLOCK_BYTES = 48 * 2**20
 # Rows and columns of the squares that the matrix is compared with its transpose by.
 TILE = 1024
-# Share of its light that a patch may send out: times the highest reflectance that a scene may have, 0.99, it is below 1.
+# Rows of hemicubes computed at a time.
+HEMICUBES = 32
+# Share of its light that a patch may send out: times the highest reflectance, 0.99, that is still below 1.
 MOST_SENT = 1.01
-# Columns that shooting keeps, so that a patch that shoots again costs nothing [bytes].
-KEPT_BYTES = 256 * 2**20
 
 
 class Transport(Protocol):
@@ -107,99 +113,6 @@ class DenseTransport:
         return self.sums
 
 
-class ColumnTransport:
-    """Columns of the matrix on demand, for shooting (T8): memory grows with n.
-
-    The columns of a whole group of neighbours cost little more than one of them, so they are computed together and kept
-    as long as `KEPT_BYTES` last; the brightest groups come first, and those shoot most often.
-
-    Attributes
-    ----------
-    rays : int
-        Segments tested for visibility so far.
-    links : int
-        Factors above zero in the columns computed so far.
-    """
-
-    def __init__(self, x: Exchange) -> None:
-        self._exchange = x
-        self._area = x.patches.area
-        self._group = np.zeros(len(self._area), dtype=np.int64)
-        self._place = np.zeros(len(self._area), dtype=np.int64)
-        for index, members in enumerate(x.groups):
-            self._group[members] = index
-            self._place[members] = np.arange(len(members))
-        self._kept: dict[int, SingleArray] = {}
-        self._bytes_left = KEPT_BYTES
-        self._sums = np.full(len(self._area), np.nan)
-        self.rays = self.links = 0
-
-    @property
-    def area(self) -> FloatArray:
-        """Areas of the patches, shape (n,) [m^2]."""
-        return self._area
-
-    def column(self, j: int) -> FloatArray:
-        """Return F_ij of all patches i for one j, shape (n,)."""
-        group = int(self._group[j])
-        members = self._exchange.groups[group]
-        if group not in self._kept:
-            needed = 4 * len(self._area) * len(members)
-            if needed > self._bytes_left:
-                return self._columns(np.array([j]))[:, 0].astype(np.float64)
-            self._kept[group] = self._columns(members)
-            self._bytes_left -= needed
-        return self._kept[group][:, self._place[j]].astype(np.float64)
-
-    def gather(self, radiosity: FloatArray) -> FloatArray:
-        """Return the irradiance H = F B; computes every column and keeps none."""
-        H = np.zeros_like(radiosity)
-        for members in self._exchange.groups:
-            H += self._columns(members) @ radiosity[members]
-        return H
-
-    def row_sums(self) -> FloatArray:
-        """Return the share of a patch's light that meets a patch; NaN for patches that nobody has asked for."""
-        return self._sums
-
-    def _columns(self, members: NDArray[np.int64]) -> SingleArray:
-        """Return the columns of some patches, shape (n, m)."""
-        columns = np.zeros((len(self._area), len(members)), dtype=np.float32)
-        for group in self._exchange.groups:
-            between, segments = block(self._exchange, group, members)
-            self.rays += segments
-            if between is not None:
-                columns[group] = between
-        sums = columns.sum(axis=0, dtype=np.float64) * _inverse(self._area[members])
-        self._sums[members] = sums
-        self.links += int(np.count_nonzero(columns))
-        columns *= _inverse(self._area)[:, None]
-        columns *= _limited(sums)
-        return columns
-
-
-def column_transport(
-    patches: Patches, occluders: Occluders | None, *, kernel: str = "exact", surfaces: Occluding | None = None
-) -> ColumnTransport:
-    """Return the transport that computes columns on demand.
-
-    Parameters
-    ----------
-    patches : Patches
-    occluders : Occluders or None
-        Who casts rays; None when nothing blocks.
-    kernel : {"exact", "centre"}
-        T3 or T2.
-    surfaces : Occluding, optional
-        The surfaces that block; where given, most rays are saved.
-
-    Returns
-    -------
-    ColumnTransport
-    """
-    return ColumnTransport(exchange(patches, occluders, surfaces, exact=kernel == "exact"))
-
-
 def dense_transport(
     patches: Patches,
     occluders: Occluders | None,
@@ -236,32 +149,52 @@ def dense_transport(
     RadiosityError
         When the matrix would not fit into memory; before anything is computed.
     """
-    n = len(patches.area)
-    _check_memory(n)
+    _check_memory(len(patches.area))
     yield Progress(STAGE, 0.0)
-    x = exchange(patches, occluders, surfaces, exact=kernel == "exact")
-    matrix = np.zeros((n, n), dtype=np.float32)
-    sums = np.zeros(n)
-    over_area = _inverse(patches.area)
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
-        done = links = rays = 0
-        for i, (strip, segments) in zip(x.groups, _in_order(workers, x), strict=True):
-            rays += segments
-            for j, between in strip:
-                links += int(np.count_nonzero(between)) * (1 if j[0] == i[0] else 2)
-                matrix[np.ix_(i, j)] = between * over_area[i][:, None]
-                sums[i] += between.sum(axis=1, dtype=np.float64)
-                if j[0] != i[0]:
-                    matrix[np.ix_(j, i)] = (between * over_area[j]).T
-                    sums[j] += between.sum(axis=0, dtype=np.float64)
-            # The first strips meet all other groups, the last only themselves.
-            done += len(i)
-            yield Progress(STAGE, 1.0 - (1.0 - done / n) ** 2)
+        if kernel == "hemicube":
+            return (yield from _by_hemicubes(hemicube_views(patches), workers))
+        return (yield from _by_blocks(exchange(patches, occluders, surfaces, exact=kernel == "exact"), workers))
+
+
+def _by_blocks(x: Exchange, workers: Executor) -> Generator[Progress, None, DenseTransport]:
+    """Fill the matrix with blocks and their mirror images."""
+    n = len(x.patches.area)
+    matrix, sums = np.zeros((n, n), dtype=np.float32), np.zeros(n)
+    over_area = inverse(x.patches.area)
+    done = links = rays = 0
+    strips = _in_order(workers, partial(_strip, x), range(len(x.groups)))
+    for i, (strip, segments) in zip(x.groups, strips, strict=True):
+        rays += segments
+        for j, between in strip:
+            links += int(np.count_nonzero(between)) * (1 if j[0] == i[0] else 2)
+            matrix[np.ix_(i, j)] = between * over_area[i][:, None]
+            sums[i] += between.sum(axis=1, dtype=np.float64)
+            if j[0] != i[0]:
+                matrix[np.ix_(j, i)] = (between * over_area[j]).T
+                sums[j] += between.sum(axis=0, dtype=np.float64)
+        # The first strips meet all other groups, the last only themselves.
+        done += len(i)
+        yield Progress(STAGE, 1.0 - (1.0 - done / n) ** 2)
     sums *= over_area
     if np.any(sums > MOST_SENT):
-        matrix *= _limited(sums).astype(np.float32)
-    return DenseTransport(matrix, patches.area, sums, links, rays)
+        matrix *= limited(sums).astype(np.float32)
+    return DenseTransport(matrix, x.patches.area, sums, links, rays)
+
+
+def _by_hemicubes(views: Views, workers: Executor) -> Generator[Progress, None, DenseTransport]:
+    """Fill the matrix row by row."""
+    n = len(views.patches.area)
+    matrix = np.zeros((n, n), dtype=np.float32)
+    groups = [np.arange(first, min(first + HEMICUBES, n)) for first in range(0, n, HEMICUBES)]
+    links = 0
+    for members, rows in zip(groups, _in_order(workers, partial(hemicube_rows, views), groups), strict=True):
+        matrix[members] = rows
+        links += int(np.count_nonzero(rows))
+        yield Progress(STAGE, (int(members[-1]) + 1) / n)
+    sums = matrix.sum(axis=1, dtype=np.float64)
+    return DenseTransport(matrix, views.patches.area, sums, links, n * len(views.hemicube.deltas))
 
 
 def reciprocity_error(transport: DenseTransport) -> float:
@@ -289,13 +222,13 @@ def reciprocity_error(transport: DenseTransport) -> float:
     return 2.0 * difference / total if total else 0.0
 
 
-def _in_order(workers: Executor, x: Exchange) -> Iterator[Strip]:
-    """Compute the strips of the upper half, a few at a time ahead, and yield them in order."""
-    ahead: deque[Future[Strip]] = deque()
+def _in_order(workers: Executor, compute: Callable[[S], R], items: Iterable[S]) -> Iterator[R]:
+    """Compute something of every item, a few at a time ahead, and yield the results in order."""
+    ahead: deque[Future[R]] = deque()
     most = 2 * (os.cpu_count() or 1)
     try:
-        for first in range(len(x.groups)):
-            ahead.append(workers.submit(_strip, x, first))
+        for item in items:
+            ahead.append(workers.submit(compute, item))
             if len(ahead) > most:
                 yield ahead.popleft().result()
         while ahead:
@@ -329,11 +262,11 @@ def _check_memory(n: int) -> None:
         )
 
 
-def _inverse(area: FloatArray) -> FloatArray:
+def inverse(area: FloatArray) -> FloatArray:
     """Return 1 / A, and 0 for patches without area, which send and receive nothing."""
     return np.divide(1.0, area, out=np.zeros_like(area), where=area > 0.0)
 
 
-def _limited(sums: FloatArray) -> FloatArray:
+def limited(sums: FloatArray) -> FloatArray:
     """Return what to multiply columns with, so that no patch sends out more than `MOST_SENT`."""
     return np.asarray(1.0 / np.maximum(sums / MOST_SENT, 1.0))

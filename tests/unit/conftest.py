@@ -69,7 +69,7 @@ def ceiling_lamp():
 def light():
     """Bake a scene to its end: `light(scene, method="gathering", ...)`, with the fields of `Settings`."""
 
-    def run(scene, **settings):
-        return exhaust(bake(scene, Settings(**settings)))
+    def run(scene, method="gathering", **settings):
+        return exhaust(bake(scene, Settings(method=method, **settings)))
 
     return run

@@ -62,5 +62,6 @@ def test_the_report_of_a_bake_is_json(ceiling_lamp, light):
     assert told["row_sum"].keys() == {"min", "mean", "max"}
     assert told["energy"].keys() == {"emitted", "absorbed", "escaped", "error"}
     assert told["seconds"].keys() == {"mesh", "form_factors", "solve", "shade", "total"}
-    assert told["seconds"]["total"] == pytest.approx(sum(told["seconds"].values()) / 2.0, rel=1e-6)
+    parts = [spent for stage, spent in told["seconds"].items() if stage != "total"]
+    assert 0.0 < sum(parts) <= told["seconds"]["total"]
     assert told["patches"] == 24 and told["settings"]["method"] == "gathering"

@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core import exchange, form_factor_matrix, transport
+from core import columns, form_factor_matrix, transport, visible_share
+from core.columns import column_transport
 from core.errors import RadiosityError
 from core.form_factors import centre_to_centre
 from core.meshing import mesh
 from core.progress import exhaust
 from core.scene import BOTH, Scene
 from core.surfaces import occluder_polygons
-from core.transport import MOST_SENT, column_transport, dense_transport, reciprocity_error
+from core.transport import MOST_SENT, dense_transport, reciprocity_error
 from core.visibility import BruteForceOccluders
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
@@ -152,14 +153,14 @@ def test_flat_blockers_and_rays_agree(box, monkeypatch):
     # One ray of eight a pair: alike in what faces receive, pair by pair only within what a few rays can tell.
     np.testing.assert_allclose(by_face(patches, fast.matrix), by_face(patches, slow.matrix), atol=4e-3)
     np.testing.assert_array_equal(fast.matrix[fast.matrix == 0], 0.0)
-    monkeypatch.setattr(exchange, "FEW", 0)
+    monkeypatch.setattr(visible_share, "FEW", 0)
     _, forced = dense(scene)
     assert forced.rays <= slow.rays
     np.testing.assert_allclose(by_face(patches, forced.matrix), by_face(patches, slow.matrix), atol=1e-7)
 
 
 def test_a_thicket_is_left_to_rays(box, monkeypatch):
-    monkeypatch.setattr(exchange, "FEW", 20)
+    monkeypatch.setattr(visible_share, "FEW", 20)
     scene = thicket(box, 10)
     patches, F = dense(scene, subdivide=2)
     np.testing.assert_allclose(F.row_sums()[patches.face < 6], 1.0, atol=0.12)
@@ -204,19 +205,19 @@ def test_columns_are_those_of_the_matrix(box, kernel, monkeypatch):
     patches, F = dense(scene, kernel=kernel)
     occluding = occluder_polygons(scene, patches)
 
-    def columns():
+    def on_demand():
         return column_transport(patches, BruteForceOccluders(occluding), kernel=kernel, surfaces=occluding)
 
     some = np.random.default_rng(0).permutation(len(patches.area))[:40]
-    kept = columns()
+    kept = on_demand()
     assert np.isnan(kept.row_sums()).all()
     for j in some:
         np.testing.assert_allclose(kept.column(j), F.matrix[:, j], rtol=1e-5, atol=1e-9)
         np.testing.assert_array_equal(kept.column(j), kept.column(j))
     np.testing.assert_allclose(kept.row_sums()[some], F.row_sums()[some], rtol=1e-5)
     # With no room to keep them, they come one by one.
-    monkeypatch.setattr(transport, "KEPT_BYTES", 0)
-    alone = columns()
+    monkeypatch.setattr(columns, "KEPT_BYTES", 0)
+    alone = on_demand()
     np.testing.assert_allclose(alone.column(some[0]), F.matrix[:, some[0]], rtol=1e-5, atol=1e-9)
     assert np.count_nonzero(np.isfinite(alone.row_sums())) == 1
     light = np.random.default_rng(1).random((len(patches.area), 3))
@@ -261,3 +262,38 @@ def test_patches_without_area_neither_send_nor_receive(cube):
     np.testing.assert_array_equal(F.matrix[0], 0.0)
     np.testing.assert_array_equal(F.matrix[:, 0], 0.0)
     assert np.isfinite(F.matrix).all()
+
+
+def test_hemicubes_see_what_the_exact_factors_say(box):
+    scene = furnished(box, 3)
+    patches, exact = dense(scene)
+    _, F = dense(scene, kernel="hemicube", occluders=NeverAsked())
+    # A hemicube looks from the centre only, and in pixels.
+    np.testing.assert_allclose(by_face(patches, F.matrix), by_face(patches, exact.matrix), atol=0.02)
+    np.testing.assert_allclose(F.row_sums()[patches.face < 6][F.row_sums()[patches.face < 6] > 0.5], 1.0, atol=1e-3)
+    assert 0.0 < reciprocity_error(F) < 0.25
+
+
+def test_hemicubes_tell_both_sides_of_a_sheet_apart(box):
+    sheet = np.array([(0, 0, 0.5), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0.5)], float)
+    sides = [1, 1, 1, 1, 1, 1, BOTH, 2]
+    scene = Scene.from_polygons([*box(), sheet, sheet * 0.5 + 0.25], 0.5, 1.0, sides=sides, divisions=np.full(8, 2))
+    patches, F = dense(scene, kernel="hemicube")
+    sheet_up, sheet_down = (patches.face == 6) & (patches.side > 0), (patches.face == 6) & (patches.side < 0)
+    floor, ceiling, one_sided = patches.face == 0, patches.face == 1, patches.face == 7
+    assert (F.matrix[np.ix_(ceiling, sheet_up)] > 0).any() and (F.matrix[np.ix_(floor, sheet_down)] > 0).any()
+    for i, j in ((ceiling, sheet_down), (floor, sheet_up), (sheet_up, floor), (floor, ceiling)):
+        np.testing.assert_array_equal(F.matrix[np.ix_(i, j)], 0.0)
+    # The small sheet hides what is above it, and radiates down only.
+    np.testing.assert_array_equal(F.matrix[np.ix_(ceiling, one_sided)], 0.0)
+    assert (F.matrix[np.ix_(sheet_up, one_sided)] > 0).any() == (patches.centre[one_sided, 2] > 0.5).any()
+
+
+def test_hemicube_columns_send_what_the_hemicubes_see(box):
+    scene = furnished(box, 2)
+    patches, F = dense(scene, kernel="hemicube")
+    column = column_transport(patches, None, kernel="hemicube")
+    for j in (0, 7, 30):
+        np.testing.assert_allclose(column.column(j), F.matrix[j] * patches.area[j] / patches.area, rtol=1e-5)
+        assert column.row_sums()[j] == pytest.approx(F.row_sums()[j], rel=1e-5)
+    assert column.rays == 3 * 3 * 128**2
