@@ -23,9 +23,11 @@ Singles = NDArray[np.float32]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# Segments worked on at a time: their temporaries stay in a core's second-level cache, and the products below are too
-# small for the linear algebra library to start threads of its own.
+# Segments of one matrix product: too small for the linear algebra library to start threads of its own.
 CHUNK = 1024
+# Chunks worked on at a time: their temporaries stay near a core's second-level cache, and other threads are not kept
+# waiting for the interpreter by calls that are over at once.
+BATCH = 8
 # Segments that go down together; more make the leaves' share of Python's overhead smaller, until memory is slow.
 STREAM = 1 << 17
 # Planes of the scene's walls that segments are compared with first: the cost of a box.
@@ -76,11 +78,11 @@ class StreamOccluders:
 
     def _leaving(self, segments: Singles) -> Ints:
         """Return the segments that have an end behind a wall of the scene."""
-        behind = [
-            (self._walls @ chunk[:4] + np.abs(self._walls[:, :3] @ chunk[4:7]) > 0.5 * MARGIN).any(axis=0)
-            for _, chunk in _chunks(segments)
-        ]
-        return np.flatnonzero(np.concatenate([*behind, np.zeros(0, dtype=bool)]))
+        behind = [np.zeros(0, dtype=bool)]
+        for _, batch in _batches(segments):
+            height = self._walls @ batch[:, :4] + np.abs(self._walls[:, :3] @ batch[:, 4:7])
+            behind.append((height > 0.5 * MARGIN).any(axis=1).reshape(-1))
+        return np.flatnonzero(np.concatenate(behind))
 
     def _segments(self, origins: Floats, targets: Floats) -> Singles:
         """Return middles with a 1, half vectors, their inverses, and middles times inverses, shape (13, m)."""
@@ -98,29 +100,35 @@ class StreamOccluders:
 def _descend(node: Node | Leaf, segments: Singles, index: Ints, blocked: Bools) -> None:
     """Mark the segments that a part of the tree blocks; `index` tells where each one stands in `blocked`."""
     if isinstance(node, Leaf):
-        for part, chunk in _chunks(segments):
-            hit = _parallelograms_hit(node, chunk) | _triangles_hit(node, chunk)
-            blocked[index[part][hit]] = True
+        for part, batch in _batches(segments):
+            hit = _parallelograms_hit(node, batch) | _triangles_hit(node, batch)
+            blocked[index[part][hit.reshape(-1)]] = True
         return
-    reached = np.concatenate([_boxes_hit(node, chunk) for _, chunk in _chunks(segments)], axis=1)
+    entered = [_boxes_hit(node, batch).transpose(1, 0, 2) for _, batch in _batches(segments)]
+    reached = np.concatenate([batch.reshape(len(node.children), -1) for batch in entered], axis=1)
     for child, mask in zip(node.children, reached, strict=True):
         chosen = np.flatnonzero(mask & ~blocked[index])
         if len(chosen):
             _descend(child, segments.take(chosen, axis=1), index[chosen], blocked)
 
 
-def _chunks(segments: Singles) -> Iterator[tuple[slice, Singles]]:
-    """Yield segments in pieces that fit into the cache."""
-    for first in range(0, segments.shape[1], CHUNK):
-        part = slice(first, first + CHUNK)
-        yield part, segments[:, part]
+def _batches(segments: Singles) -> Iterator[tuple[slice, Singles]]:
+    """Yield segments (13, m) in batches of a few chunks (b, 13, w), and what is left of the last chunk by itself."""
+    count = segments.shape[1]
+    whole = count - count % CHUNK
+    for first in [*range(0, whole, BATCH * CHUNK), whole]:
+        last = min(first + BATCH * CHUNK, whole) if first < whole else count
+        if first < last:
+            chunks = max(1, (last - first) // CHUNK)
+            part = slice(first, last)
+            yield part, segments[:, part].reshape(len(segments), chunks, -1).transpose(1, 0, 2)
 
 
 def _boxes_hit(node: Node, segments: Singles) -> Bools:
-    """Return which boxes each segment enters, shape (c, m): the slabs of Kay and Kajiya 1986."""
+    """Return which of c boxes each segment enters, shape (b, c, w): the slabs of Kay and Kajiya 1986."""
     near, far = np.float32(-1.0), np.float32(1.0)
     for axis in range(3):
-        inverse, middle = segments[7 + axis], segments[10 + axis]
+        inverse, middle = segments[:, 7 + axis, None], segments[:, 10 + axis, None]
         one = node.low[:, axis, None] * inverse
         one -= middle
         other = node.high[:, axis, None] * inverse
@@ -135,7 +143,7 @@ def _crossing(height: Singles, rise: Singles, margin: Singles) -> tuple[Bools, S
 
     Parameters
     ----------
-    height, rise : ndarray of shape (k, m)
+    height, rise : ndarray of shape (b, k, w)
         Of the segments' middles over the planes, and of their ends over their middles.
     margin : ndarray of shape (k, 1)
         How far an end must be from the plane.
@@ -147,34 +155,34 @@ def _crossing(height: Singles, rise: Singles, margin: Singles) -> tuple[Bools, S
 
 
 def _parallelograms_hit(leaf: Leaf, segments: Singles) -> Bools:
-    """Return which segments the parallelograms of a leaf block, shape (m,)."""
+    """Return which segments the parallelograms of a leaf block, shape (b, w)."""
     count = len(leaf.parallelogram_margin)
     if count == 0:
-        return np.zeros(segments.shape[1], dtype=bool)
-    at = leaf.parallelograms @ segments[:4]
-    along = leaf.parallelograms[:, :3] @ segments[4:7]
-    hit, back = _crossing(at[:count], along[:count], leaf.parallelogram_margin)
+        return np.zeros(segments[:, 0].shape, dtype=bool)
+    at = leaf.parallelograms @ segments[:, :4]
+    along = leaf.parallelograms[:, :3] @ segments[:, 4:7]
+    hit, back = _crossing(at[:, :count], along[:, :count], leaf.parallelogram_margin)
     for side in (1, 2):
         part = slice(side * count, (side + 1) * count)
-        along[part] *= back
-        at[part] -= along[part]
-        hit &= np.abs(at[part], out=at[part]) <= 1.0
-    return np.asarray(hit.any(axis=0))
+        along[:, part] *= back
+        at[:, part] -= along[:, part]
+        hit &= np.abs(at[:, part], out=at[:, part]) <= 1.0
+    return np.asarray(hit.any(axis=1))
 
 
 def _triangles_hit(leaf: Leaf, segments: Singles) -> Bools:
-    """Return which segments the triangles of a leaf block, shape (m,)."""
+    """Return which segments the triangles of a leaf block, shape (b, w)."""
     count = len(leaf.triangle_margin)
     if count == 0:
-        return np.zeros(segments.shape[1], dtype=bool)
-    at = leaf.triangles @ segments[:4]
-    along = leaf.triangles[:, :3] @ segments[4:7]
-    hit, back = _crossing(at[:count], along[:count], leaf.triangle_margin)
+        return np.zeros(segments[:, 0].shape, dtype=bool)
+    at = leaf.triangles @ segments[:, :4]
+    along = leaf.triangles[:, :3] @ segments[:, 4:7]
+    hit, back = _crossing(at[:, :count], along[:, :count], leaf.triangle_margin)
     for side in (1, 2, 3):
         part = slice(side * count, (side + 1) * count)
-        along[part] *= back
-        hit &= at[part] >= along[part]
-    return np.asarray(hit.any(axis=0))
+        along[:, part] *= back
+        hit &= at[:, part] >= along[:, part]
+    return np.asarray(hit.any(axis=1))
 
 
 def _walls(corners: Floats, never: Bools) -> tuple[Singles, Bools]:
