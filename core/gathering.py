@@ -32,6 +32,7 @@ def gathering(
     iterations: int = 200,
     tolerance: float = 1e-4,
     sweep: str = "in-place",
+    start: FloatArray | None = None,
 ) -> Generator[Progress, None, Solution]:
     """Solve for the light on n patches by gathering.
 
@@ -49,6 +50,8 @@ def gathering(
         The sweep that changes no radiosity by more than this, relative to it, is the last.
     sweep : {"in-place", "jacobi"}
         In place needs rows: a transport that is not dense is swept the other way.
+    start : ndarray of shape (n, 3), optional
+        Radiosity to begin with, such as a solution under other light; E when not given [W/m^2].
 
     Yields
     ------
@@ -62,7 +65,7 @@ def gathering(
     in_place = sweep == "in-place" and isinstance(transport, DenseTransport)
     area = transport.area[:, None]
     emitted = float((area * emission).sum())
-    B, H = emission.copy(), np.zeros_like(emission)
+    B, H = (emission if start is None else start).copy(), np.zeros_like(emission)
     residual, iteration = np.inf, 0
     while iteration < iterations and residual > tolerance:
         iteration += 1

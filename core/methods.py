@@ -8,6 +8,7 @@ from collections.abc import Callable, Generator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,20 +109,29 @@ def _hierarchical(
     clock = _Clock()
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
-        steps = solve(
-            patches, occluders, quality, workers, iterations=settings.iterations, tolerance=settings.tolerance
+        direct = partial(direct_light, scene, settings=settings, occluders=occluders) if scene.lamps else None
+        lit = yield from clock.watch(
+            solve(
+                patches,
+                occluders,
+                quality,
+                workers,
+                direct=direct,
+                iterations=settings.iterations,
+                tolerance=settings.tolerance,
+            )
         )
-        lit = yield from clock.watch(steps)
         corners = corner_receivers(scene)
         elements, solution = lit.elements, lit.solution
         B, H = solution.radiosity, solution.irradiance
         H, links, rays = yield from clock.watch(
-            final_gather(corners, elements, B, H, lit.scenery, patches, quality.gather, workers)
+            final_gather(corners, elements, B, H, lit.scenery, patches, quality.gather, workers, direct=direct)
         )
     face = scene.corner_face
     colours = (scene.emission[face] + scene.reflectance[face] * H[corners.group]) / np.pi
     sums = lit.transport.row_sums()
-    E, rho = patches.emission[elements.patch], patches.reflectance[elements.patch]
+    # What arrives from lamps counts as emitted.
+    E, rho = patches.emission[elements.patch] + lit.direct, patches.reflectance[elements.patch]
     share = elements.area / patches.area[elements.patch]
     spent = clock.seconds
     seconds = {

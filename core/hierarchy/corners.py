@@ -14,7 +14,7 @@ from ..scene import BACK, Scene
 from ..shading import smooth_groups
 from .elements import Elements
 from .quality import Detail
-from .receivers import group_receivers
+from .receivers import DirectLight, group_receivers
 from .rows import Scenery, gather, stream_rows
 from .transport import BRIGHT, closed_sum, closures, node_means, parted, sees_no_way_out
 from .tree import Float, Int
@@ -83,6 +83,8 @@ def final_gather(
     patches: Patches,
     detail: Detail,
     workers: Executor,
+    *,
+    direct: DirectLight | None = None,
 ) -> Generator[Progress, None, tuple[Float, int, int]]:
     """Gather the light of a solution at the corners.
 
@@ -97,6 +99,8 @@ def final_gather(
     patches : Patches
     detail : Detail
     workers : concurrent.futures.Executor
+    direct : callable, optional
+        Light of lamps that are no elements.
 
     Yields
     ------
@@ -125,6 +129,8 @@ def final_gather(
     total = closed_sum(gathered, closures(gathered[:, [3, 7]], shut))
     light = np.zeros((len(corners.point), 3))
     light[receivers.index] = scale * total[:, :3]
+    if direct is not None:
+        light += direct(corners.point, corners.normal)
     covered = np.zeros(len(light), bool)
     covered[receivers.index] = shut & (total[:, 3] < _COVERED)
     _uncover(light, covered, corners, elements, irradiance, patches)

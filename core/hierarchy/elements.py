@@ -80,27 +80,22 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
     patch = np.arange(len(patches.area))
     lit = np.flatnonzero(patches.emission.any(axis=1))
     power = float((patches.area[lit, None] * patches.emission[lit]).sum())
-    done = [(patches.corners, patch)]
-    if power > 0:
-        done = []
-        corners, room = patches.corners, _MOST * len(patch)
-        reflected = patches.reflectance.mean(axis=1)
-        largest = (size * float(np.sqrt((np.ptp(corners.reshape(-1, 3), axis=0) ** 2).sum()))) ** 2
-        for depth in range(_DEEPEST + 1):
-            if depth < _DEEPEST and len(patch):
-                spread = _spread(corners, patches, lit)
-                area = patches.area[patch] / 4**depth
-                coarse = 3 * reflected[patch] * spread * area > tolerance * power
-                coarse |= area > largest
-                if depth < _CONTACT_DEPTH:
-                    coarse |= _stood_on(corners, occluders)
-            else:
-                coarse = np.zeros(len(patch), bool)
-            if 4 * coarse.sum() > room:
-                coarse[:] = False
-            room -= 4 * int(coarse.sum())
-            done.append((corners[~coarse], patch[~coarse]))
-            corners, patch = quarters(corners[coarse]), np.repeat(patch[coarse], 4)
+    done = []
+    corners, room = patches.corners, _MOST * len(patch)
+    reflected = patches.reflectance.mean(axis=1)
+    largest = (size * float(np.sqrt((np.ptp(corners.reshape(-1, 3), axis=0) ** 2).sum()))) ** 2
+    for depth in range(_DEEPEST + 1):
+        area = patches.area[patch] / 4**depth
+        coarse = area > largest
+        if len(patch) and power > 0:
+            coarse |= 3 * reflected[patch] * _spread(corners, patches, lit) * area > tolerance * power
+        if len(patch) and depth < _CONTACT_DEPTH:
+            coarse |= _stood_on(corners, occluders)
+        if depth == _DEEPEST or 4 * coarse.sum() > room:
+            coarse[:] = False
+        room -= 4 * int(coarse.sum())
+        done.append((corners[~coarse], patch[~coarse]))
+        corners, patch = quarters(corners[coarse]), np.repeat(patch[coarse], 4)
     corners = np.concatenate([c for c, _ in done])
     patch = np.concatenate([p for _, p in done])
     order = np.argsort(patch, kind="stable")

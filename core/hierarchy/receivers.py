@@ -5,6 +5,7 @@ Receivers are points with a normal: patch centres for the solution, mesh corners
 nearly the same clusters, so the hierarchy is walked once for a group and its links form a small dense block.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,9 @@ import numpy as np
 from .tree import Float, Int, build_tree
 
 GROUP_SIZE = 16
+
+# Irradiance [W/m^2] that no element sends, shape (n, 3), at points [m] with normals, both of shape (n, 3).
+DirectLight = Callable[[Float, Float], Float]
 
 
 @dataclass(frozen=True, eq=False)

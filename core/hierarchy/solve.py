@@ -3,7 +3,7 @@
 
 from collections.abc import Generator
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,13 +14,15 @@ from ..solution import Solution
 from ..visibility import Occluders
 from .elements import Elements, split_patches
 from .quality import Quality
-from .receivers import group_receivers
+from .receivers import DirectLight, group_receivers
 from .rows import Scenery, gather, stream_rows
 from .transport import HierarchicalTransport, build_scenery, hierarchical_transport, node_means, relit
 from .tree import Float
 
 # Reflectance that the ambient light of the first look is estimated with, at most.
 _MOST_AMBIENT = 0.9
+# The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
+_CLOSER = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +35,8 @@ class Lit:
     transport : HierarchicalTransport
     solution : Solution
         On the elements.
+    direct : ndarray of shape (n, 3)
+        The part of their irradiance that comes from lamps and not from elements [W/m^2].
     scenery : Scenery
         Lit by the solution, for a final gather.
     rays : int
@@ -42,6 +46,7 @@ class Lit:
     elements: Elements
     transport: HierarchicalTransport
     solution: Solution
+    direct: Float
     scenery: Scenery
     rays: int
 
@@ -52,6 +57,7 @@ def solve(
     quality: Quality,
     workers: Executor,
     *,
+    direct: DirectLight | None = None,
     iterations: int = 200,
     tolerance: float = 1e-4,
 ) -> Generator[Progress, None, Lit]:
@@ -64,6 +70,8 @@ def solve(
     quality : Quality
     workers : concurrent.futures.Executor
         Who computes; the result does not depend on it, bit for bit.
+    direct : callable, optional
+        Light of lamps that are no elements.
     iterations, tolerance
         Stop rules, see `gathering`.
 
@@ -78,20 +86,29 @@ def solve(
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
     yield Progress("Elements", 1.0)
     E, rho = patches.emission[elements.patch], patches.reflectance[elements.patch]
-    guess, typical, rays = yield from _first_look(elements, E, rho, occluders, quality, workers)
+    H0 = direct(elements.centre, elements.normal) if direct else np.zeros_like(E)
+    guess, typical, rays = yield from _first_look(elements, E, rho, H0, occluders, quality, workers)
+    E += rho * H0
     scenery = build_scenery(elements, guess, typical, occluders)
     yield Progress("Links", 0.0)
     transport = yield from hierarchical_transport(elements, scenery, quality.solve, workers)
     # Where the light is decides how much of it goes amiss: once by the guess, once by the solution.
     transport = transport.balanced(guess)
     solution = yield from gathering(transport, E, rho, iterations=iterations, tolerance=tolerance)
-    transport = transport.balanced(solution.radiosity)
-    solution = yield from gathering(transport, E, rho, iterations=iterations, tolerance=tolerance)
+    if iterations > 1:
+        transport = transport.balanced(solution.radiosity)
+        again = yield from gathering(
+            transport, E, rho, iterations=iterations, tolerance=_CLOSER * tolerance, start=solution.radiosity
+        )
+        converged = solution.converged and again.residual <= tolerance
+        solution = replace(again, iterations=solution.iterations + again.iterations, converged=converged)
+    solution = replace(solution, irradiance=solution.irradiance + H0)
     typical = typical_irradiance(elements, solution.irradiance) or typical
     return Lit(
         elements,
         transport,
         solution,
+        H0,
         relit(scenery, elements, solution.radiosity, typical),
         rays + transport.rays,
     )
@@ -118,24 +135,31 @@ def patch_solution(lit: Lit, patches: Patches) -> Solution:
 
 
 def _first_look(
-    elements: Elements, emission: Float, reflectance: Float, occluders: Occluders, quality: Quality, workers: Executor
+    elements: Elements,
+    emission: Float,
+    reflectance: Float,
+    direct: Float,
+    occluders: Occluders,
+    quality: Quality,
+    workers: Executor,
 ) -> Generator[Progress, None, tuple[Float, float, int]]:
     """Estimate who is bright from direct light and an ambient share of the rest, as shooting displays it."""
-    bright = np.flatnonzero(emission.any(axis=1))
-    lamps = elements.pick(bright)
     A = elements.area[:, None]
     grey = min(float((A * reflectance).mean() / A.mean()), _MOST_AMBIENT)
-    everywhere = (A * emission).sum(axis=0) / A.sum() / (1 - grey)
-    scenery = build_scenery(lamps, emission[bright], float(everywhere.mean()), occluders)
-    single = node_means(scenery.sources, lamps.area, emission[bright]).astype(np.float32)
-    receivers = group_receivers(elements.centre, elements.normal)
-    parts, rays = [], 0
-    for rows in stream_rows(receivers, scenery, quality.pilot, workers):
-        parts.append(gather(rows, receivers, single))
-        rays += rows.rays
-        yield Progress("First look", (int(rows.group[-1]) + 1) / len(receivers))
-    H = np.zeros_like(emission)
-    H[receivers.index] = np.concatenate(parts)
+    everywhere = float((A * (emission + direct)).sum(axis=0).mean() / A.sum() / (1 - grey))
+    H, rays = direct.copy(), 0
+    shining = np.flatnonzero(emission.any(axis=1))
+    if len(shining):
+        emitters = elements.pick(shining)
+        scenery = build_scenery(emitters, emission[shining], everywhere, occluders)
+        single = node_means(scenery.sources, emitters.area, emission[shining]).astype(np.float32)
+        receivers = group_receivers(elements.centre, elements.normal)
+        parts = []
+        for rows in stream_rows(receivers, scenery, quality.pilot, workers):
+            parts.append(gather(rows, receivers, single))
+            rays += rows.rays
+            yield Progress("First look", (int(rows.group[-1]) + 1) / len(receivers))
+        H[receivers.index] += np.concatenate(parts)
     ambient = (A * reflectance * H).sum(axis=0) / A.sum() / (1 - grey)
     typical = typical_irradiance(elements, H + ambient)
-    return emission + reflectance * (H + ambient), typical or float(everywhere.mean()), rays
+    return emission + reflectance * (H + ambient), typical or everywhere or 1.0, rays
