@@ -59,8 +59,8 @@ def gauss_points(corners: FloatArray, order: int) -> tuple[FloatArray, FloatArra
 def turned_points(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return four points on every patch, turned by another angle on each, and their weights.
 
-    On parallelograms any turn integrates polynomials up to degree 3 exactly. That no two patches have the same keeps the
-    lines between their points from meeting edges that are in line with the meshing all in the same way.
+    On parallelograms any turn integrates polynomials up to degree 3 exactly. That no two patches have the same turn
+    keeps the lines between their points from meeting edges in line with the meshing all in the same way.
 
     Parameters
     ----------
