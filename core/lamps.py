@@ -27,10 +27,11 @@ __all__ += ["direct_light", "lamp_irradiance", "scene_reach"]
 
 Lamp = AreaLamp | PointLamp | SunLamp | SkyLamp
 
-# A sky is as large as the world: it takes more cells along each side than a lamp.
-_SKY = 4
+# A sky is as large as the world: it takes more cells along each side than a lamp, and fewer rays for each.
+_SKY_CELLS = 4
+_FINER, _SKY_FINER = 3, 2
 # Rays for each lamp and receiver in the first look, by the quality of a bake.
-_RAYS = {"preview": 4, "medium": 9, "high": 16, "production": 36}
+_RAYS = {"preview": 4, "medium": 9, "high": 25, "production": 49}
 
 
 def lamp_irradiance(
@@ -52,8 +53,8 @@ def lamp_irradiance(
     occluders : Occluders
         What blocks.
     rays : int
-        For each lamp and receiver in the first look; where a lamp is seen in part it is about four times as many, and
-        for the sky sixteen times.
+        For each lamp and receiver in the first look; where a lamp is seen in part it is up to nine times as many. The
+        sky takes sixteen times, and up to four times that.
     reach : float
         Longest way that anything can be met on [m], see `scene_reach`.
 
@@ -67,8 +68,10 @@ def lamp_irradiance(
         light = lamp.unshadowed(points, normals)
         lit = np.flatnonzero(light.any(axis=1))
         if lamp.shadows and len(lit):
-            side = max(1, ceil(sqrt(rays))) * (_SKY if isinstance(lamp, SkyLamp) else 1)
-            share = visible_share(lamp, points[lit], normals[lit], occluders, side=side, reach=reach)
+            side, finer = max(1, ceil(sqrt(rays))), _FINER
+            if isinstance(lamp, SkyLamp):
+                side, finer = _SKY_CELLS * side, _SKY_FINER
+            share = visible_share(lamp, points[lit], normals[lit], occluders, side=side, finer=finer, reach=reach)
             H[lit] += light[lit] * share
         else:
             H += light

@@ -111,9 +111,11 @@ class PointLamp:
         share = self.cone.share(-way)
         # Most see the lamp from within the cone or from without.
         edge = np.zeros(len(points), bool)
-        one = np.ones(len(points))
-        for turn in range(_RIM):
-            edge |= self.cone.share(-disc_directions(way, sine, one, turn / _RIM * one)[0]) != share
+        for turn in 2 * np.pi * np.arange(_RIM) / _RIM:
+            # Round the square, which is the rim of the disc.
+            u, v = 0.5 + 0.5 * np.array((np.cos(turn), np.sin(turn))) / max(abs(np.cos(turn)), abs(np.sin(turn)))
+            rim, _ = disc_directions(way, sine, np.full(len(points), u), np.full(len(points), v))
+            edge |= self.cone.share(-rim) != share
         at = np.flatnonzero(edge)
         through, whole = np.zeros(len(at)), np.full(len(at), _TINY)
         for u, v in lattice(len(at)):
@@ -224,11 +226,12 @@ def disc_form(sine: FloatArray, cosine: FloatArray) -> FloatArray:
 def disc_directions(way: FloatArray, sine: FloatArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return directions spread evenly over discs in the sky, shape (n, 3), and 1 minus their cosines to the middle."""
     whole = sine * sine / (1 + np.sqrt(np.maximum(1 - sine * sine, 0)))
-    drop = u * whole
-    across = np.sqrt(drop * (2 - drop))
-    turn = 2 * np.pi * v
+    x, y = square_to_disc(u, v)
+    drop = (x * x + y * y) * whole
+    # The map keeps areas, and so does the cap of a sphere by its height.
+    across = np.sqrt(whole * (2 - drop))
     first, second = frame(way)
-    x, y = across * np.cos(turn), across * np.sin(turn)
+    x, y = x * across, y * across
     out = x[:, None] * first + y[:, None] * second + (1 - drop)[:, None] * way
     return np.asarray(out), drop
 

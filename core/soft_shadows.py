@@ -15,8 +15,6 @@ from .visibility import Occluders
 
 # Receivers in a group.
 _GROUP = 16
-# Sides of the finer cells: a second look casts the square of this into a cell.
-_FINER = 2
 # Rays that are cast together.
 _RAYS = 1 << 18
 # An additive recurrence of the plastic number: the most even spread of points in the square (Roberts 2018).
@@ -41,7 +39,7 @@ class Samples(Protocol):
 
 
 def visible_share(
-    lamp: Samples, points: FloatArray, normals: FloatArray, occluders: Occluders, *, side: int, reach: float
+    lamp: Samples, points: FloatArray, normals: FloatArray, occluders: Occluders, *, side: int, finer: int, reach: float
 ) -> FloatArray:
     """Return which share of a lamp's light reaches receivers.
 
@@ -53,6 +51,8 @@ def visible_share(
     occluders : Occluders
     side : int
         Cells along each side of the lamp's square.
+    finer : int
+        Rays along each side of a cell in the second look.
     reach : float
         Longest way that anything can be met on [m].
 
@@ -67,7 +67,7 @@ def visible_share(
     size = max(1, _RAYS // (side * side * _GROUP)) * _GROUP
     for start in range(0, len(order), size):
         index = order[start : start + size]
-        parts.append(_block(lamp, points[index], normals[index], start, occluders, side, reach))
+        parts.append(_block(lamp, points[index], normals[index], start, occluders, side, finer, reach))
     share = np.zeros((len(points), parts[0].shape[1] if parts else 1))
     if parts:
         share[order] = np.concatenate(parts)
@@ -81,16 +81,17 @@ def _block(
     first: int,
     occluders: Occluders,
     side: int,
+    finer: int,
     reach: float,
 ) -> FloatArray:
     """Return the shares of receivers that are neighbours; `first` is the number of the first."""
     cells = side * side
     who, cell = (part.reshape(-1) for part in np.indices((len(points), cells)))
 
-    def cast(who: IntArray, cell: IntArray, finer: IntArray, cut: int) -> tuple[FloatArray, BoolArray]:
+    def cast(who: IntArray, cell: IntArray, within: IntArray, cut: int) -> tuple[FloatArray, BoolArray]:
         """Return light and whether it comes through of one ray of each receiver into a cell of a cell."""
-        jitter = (first + who)[:, None] * _STEP + (cell * cut * cut + finer)[:, None] * _HASH
-        u, v = (np.stack(np.divmod(cell, side)) + (np.stack(np.divmod(finer, cut)) + (jitter % 1).T) / cut) / side
+        jitter = (first + who)[:, None] * _STEP + (cell * cut * cut + within)[:, None] * _HASH
+        u, v = (np.stack(np.divmod(cell, side)) + (np.stack(np.divmod(within, cut)) + (jitter % 1).T) / cut) / side
         out, length, light = lamp.sample(points[who], normals[who], u, v)
         light = light[:, None] if light.ndim == 1 else light
         clear = np.zeros(len(who), bool)
@@ -107,9 +108,9 @@ def _block(
         counts = light.any(axis=1).reshape(shape[:2])
         edge = _unsure(clear.reshape(shape[:2]), counts, side)
         at, cell = np.nonzero(edge[np.arange(len(points)) // _GROUP])
-        rays = _FINER * _FINER
-        who, finer = np.repeat(at, rays), np.tile(np.arange(rays), len(at))
-        light, clear = cast(who, np.repeat(cell, rays), finer, _FINER)
+        rays = finer * finer
+        who, within = np.repeat(at, rays), np.tile(np.arange(rays), len(at))
+        light, clear = cast(who, np.repeat(cell, rays), within, finer)
         means = (values.reshape(len(at), rays, shape[2]).mean(axis=1) for values in (light * clear[:, None], light))
         through[at, cell], whole[at, cell] = means
     return _shares(through.sum(axis=1), whole.sum(axis=1))
