@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from core.islands import islands
+from core.lamps import PointLamp, SkyLamp, SunLamp
 from core.meshing import mesh
 from core.scene import AUTO, BACK, BOTH, FRONT, Scene
 from core.sides import auto_sides, choose_sides, island_counts
@@ -66,8 +67,8 @@ def decide(request):
 def found(decide):
     """Return the sides of every object: one number, or a tuple where its islands differ."""
 
-    def run(things):
-        scene = decide(things.scene())
+    def run(things, *lamps):
+        scene = decide(things.scene(lamps=lamps))
         sides = {}
         for index, name in enumerate(scene.object_names):
             mine = np.unique(scene.sides[scene.face_object == index]).tolist()
@@ -189,6 +190,62 @@ def test_what_no_light_reaches_shows_its_front(found, room, box):
     assert found(things)["Cellar"] == FRONT
 
 
+GREY_WORLD = SkyLamp("World", np.full((1, 1, 3), 0.05))
+SUN = SunLamp("Sun", np.full(3, 3.0), np.array([0.6, 0.0, 0.8]))
+
+
+def bulb(place):
+    return PointLamp("Bulb", np.ones(3), np.array(place, float), 0.02)
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_a_lamp_lights_the_inside_of_a_room(found, box, inward):
+    things = Things().add("Room", box((4, 4, 3), inward=inward)).add("Block", box((1, 1, 1), (1, 1, 0), inward=False))
+    assert found(things, bulb((3, 3, 2))) == {"Room": FRONT if inward else BACK, "Block": FRONT}
+    # Blender's own world is not black, and lights the outside, which nobody sees.
+    assert found(things, bulb((3, 3, 2)), GREY_WORLD) == {"Room": FRONT if inward else BACK, "Block": FRONT}
+
+
+@pytest.mark.parametrize("lamp", [GREY_WORLD, SUN, bulb((3, 3, 3))])
+def test_solids_on_a_floor_are_lit_outside(found, box, lamp):
+    things = Things().add("Floor", [sheet((0, 0, 0), (4, 4))])
+    things.add("Flush", box((1, 1, 1), (1, 1, 0), inward=False))
+    things.add("Above", box((0.5, 0.5, 0.5), (2.5, 1, 1e-3), inward=False))
+    assert found(things, lamp) == {"Floor": FRONT, "Flush": FRONT, "Above": FRONT}
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_sun_and_sky_through_a_window(found, box, inward):
+    walls = [face for index, face in enumerate(box((4, 4, 3), inward=inward)) if index != 5]
+    # The wall at x = 4, with a window of 1 m x 1 m in it.
+    ys, zs = [0, 1.5, 2.5, 4], [0, 1, 2, 3]
+    for i in range(3):
+        for j in range(3):
+            if (i, j) != (1, 1):
+                walls.append(upright(4, ys[i : i + 2], zs[j : j + 2], right=not inward))
+    room = Things().add("Room", walls)
+    side = FRONT if inward else BACK
+    assert found(room, SUN) == found(room, GREY_WORLD) == {"Room": side}
+    # A shelf in the corner beside the window: only what the walls reflect gets there.
+    room.add("Shelf", [sheet((3, 0, 1), (3.9, 0.9), up=True)])
+    assert found(room, SUN) == {"Room": side, "Shelf": BOTH}
+    # The outside of the walls sends light to the ground.
+    room.add("Ground", [sheet((-9, -9, -1e-3), (18, 18))])
+    assert found(room, SUN)["Room"] == BOTH
+
+
+def test_light_that_nothing_blocks_comes_into_a_closed_room(found, box):
+    room = Things().add("Room", box((4, 4, 3))).add("Top", [sheet((1, 1, 0.7), (2, 2))])
+    bare = SunLamp("Sun", np.full(3, 3.0), np.array([0.6, 0.0, 0.8]), shadows=False)
+    assert found(room, bare) == {"Room": FRONT, "Top": BOTH}
+    assert found(room, SUN) == {"Room": BACK, "Top": FRONT}
+
+
+def test_a_leaf_over_the_ground_is_lit_on_both_sides(found):
+    things = Things().add("Ground", [sheet((-9, -9, 0), (18, 18))]).add("Leaf", [sheet((0, 0, 2), (0.1, 0.1))])
+    assert found(things, SUN) == {"Ground": FRONT, "Leaf": BOTH}
+
+
 def test_islands_of_one_object_are_decided_one_by_one(decide, room, box):
     things = room(inward=False)
     things.add("Room", box((1, 1, 1), (0.5, 0.5, 0.5), inward=False))
@@ -255,11 +312,12 @@ def test_the_same_seed_decides_the_same(decide, room, box):
     np.testing.assert_array_equal(one.sides, other.sides)
 
 
-def test_a_crowd_is_decided_object_by_object(decide, room, box):
+def test_a_crowd_is_decided_object_by_object(room):
     things = room()
     for index in range(600):
         x, y, z = index % 10, index // 10 % 10, index // 100
-        things.add("Crowd", box((0.1, 0.1, 0.1), (0.4 * x, 0.4 * y, 0.2 + 0.4 * z), inward=False))
+        place = (0.4 * x, 0.4 * y, 0.2 + 0.4 * z)
+        things.add("Crowd", [sheet(place, (place[0] + 0.1, place[1] + 0.1), up=index % 2)])
     cast = []
 
     class Counted(BruteForceOccluders):
@@ -274,7 +332,7 @@ def test_a_crowd_is_decided_object_by_object(decide, room, box):
     scene = things.scene()
     patches = mesh(scene)
     sides = auto_sides(scene, patches, Counted(occluder_polygons(scene, patches))).sides
-    assert np.all(sides[scene.face_object == 2] == FRONT)
+    assert np.all(sides[scene.face_object == 2] == BOTH)
     assert sum(cast) < 20_000
 
 
