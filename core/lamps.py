@@ -27,9 +27,9 @@ __all__ += ["direct_light", "lamp_irradiance", "scene_reach"]
 
 Lamp = AreaLamp | PointLamp | SunLamp | SkyLamp
 
-# A sky is as large as the world: it takes more cells along each side than a lamp, and fewer rays for each.
+# A sky is as large as the world: it takes more cells along each side than a lamp, and more rays where openings end.
 _SKY_CELLS = 4
-_FINER, _SKY_FINER = 3, 2
+_FINER, _SKY_FINER = 3, 4
 # Rays for each lamp and receiver in the first look, by the quality of a bake.
 _RAYS = {"preview": 4, "medium": 9, "high": 25, "production": 49}
 
@@ -54,7 +54,7 @@ def lamp_irradiance(
         What blocks.
     rays : int
         For each lamp and receiver in the first look; where a lamp is seen in part it is up to nine times as many. The
-        sky takes sixteen times, and up to four times that.
+        sky takes sixteen times, and up to sixteen times that round the edges of openings.
     reach : float
         Longest way that anything can be met on [m], see `scene_reach`.
 
