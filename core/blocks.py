@@ -133,6 +133,8 @@ def _exact(x: Exchange, i: IntArray, j: IntArray) -> FloatArray:
     touching = apart < TOUCHING * (x.radius[receiver] + x.radius[source])
     result = np.zeros(len(i))
     for order, chosen in ((NEAR_ORDER, ~touching), (TOUCHING_ORDER, touching)):
+        if not chosen.any():
+            continue
         to, of = receiver[chosen], source[chosen]
         points, weights = gauss_points(patches.corners[to], order)
         factors = point_to_polygon(

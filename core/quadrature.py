@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Points on patches that stand for the whole patch in an integral."""
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,10 +52,17 @@ def gauss_points(corners: FloatArray, order: int) -> tuple[FloatArray, FloatArra
     weights : ndarray of shape (n, order**2)
         Share of the area that each point stands for; they sum to 1.
     """
-    t, w = np.polynomial.legendre.leggauss(order)
+    t, w = _gauss(order)
     u, v = np.meshgrid((t + 1) / 2, (t + 1) / 2, indexing="ij")
     points, stretch = surface_points(corners, u.ravel(), v.ravel())
     return points, _shares(stretch * np.outer(w, w).ravel())
+
+
+@cache
+def _gauss(order: int) -> tuple[FloatArray, FloatArray]:
+    """Return the points and weights of a rule on -1 to 1; finding them takes longer than using them."""
+    t, w = np.polynomial.legendre.leggauss(order)
+    return t, w
 
 
 def turned_points(corners: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -77,7 +77,7 @@ def _look_again(
     # The places do not know which patch comes first, the result must not either.
     i, j = np.minimum(i, j), np.maximum(i, j)
     share = np.zeros(len(i))
-    places = spread_points(LOOKS, 4)
+    places = spread_points(LOOKS, 4) if len(i) else np.zeros((4, 0))
     normal, corners = x.patches.normal, x.patches.corners
     for first in range(0, len(i), BATCH):
         of_i, of_j = i[first : first + BATCH], j[first : first + BATCH]
