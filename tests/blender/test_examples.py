@@ -87,10 +87,12 @@ def test_the_script_makes_the_examples_that_are_here(run_blender, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_furnace_reads_two_everywhere(bake):
-    for obj in bake("furnace"):
-        if obj.type == 'MESH':
-            np.testing.assert_allclose(colors(obj), 2.0, rtol=0.02, err_msg=obj.name)
+# The matrix has no noise; its rows are exact but for the sampling of what stands between two patches.
+@pytest.mark.parametrize(("method", "mean_error", "worst"), [("gathering", 0.002, 0.01), ("hierarchical", 0.01, 0.05)])
+def test_the_furnace_reads_two_everywhere(bake, method, mean_error, worst):
+    error = np.concatenate([colors(obj) / 2.0 - 1.0 for obj in bake("furnace", method=method) if obj.type == 'MESH'])
+    assert np.sqrt(np.mean(error**2)) < mean_error
+    assert np.abs(error).max() < worst
 
 
 def test_every_surface_of_cornells_box_looks_into_it(bake):
