@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 FOLDER = Path(__file__).resolve().parent
 PICTURES = FOLDER / "pictures"
-SCENES = ("cornell_box", "two_rooms", "furnace")
+SCENES = ("cornell_box", "two_rooms")
 THESIS_ROOM, FACTORS = "thesis_room", (1, 3, 5)
 EXPOSURE = "2.3"  # the same for all three [stops]
 GAP = 8  # pixels between pictures that stand side by side
