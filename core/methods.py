@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .columns import column_transport
 from .gathering import gathering
-from .hierarchy.corners import corner_receivers, final_gather
+from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
 from .hierarchy.solve import patch_solution, solve
 from .lamps import direct_light
@@ -129,7 +129,9 @@ def _hierarchical(
         )
     face = scene.corner_face
     colours = (scene.emission[face] + scene.reflectance[face] * H[corners.group]) / np.pi
+    # Elements that something stands on see nothing: their rows tell nothing about the others.
     sums = lit.transport.row_sums()
+    sums = np.where(sums > COVERED, sums, np.nan)
     # What arrives from lamps counts as emitted.
     E, rho = patches.emission[elements.patch] + lit.direct, patches.reflectance[elements.patch]
     share = elements.area / patches.area[elements.patch]

@@ -24,7 +24,7 @@ STAGE = "Final gather"
 # next door would be seen edge on.
 _INSET = 0.02
 # Rows that add up to less see nothing but what is around them: covered, unless they look out.
-_COVERED = 0.02
+COVERED = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def final_gather(
     if direct is not None:
         light += direct(corners.point, corners.normal)
     covered = np.zeros(len(light), bool)
-    covered[receivers.index] = shut & (total[:, 3] < _COVERED)
+    covered[receivers.index] = shut & (total[:, 3] < COVERED)
     _uncover(light, covered, corners, elements, irradiance, patches)
     return light, links, rays
 

@@ -246,6 +246,26 @@ def hierarchical_transport(
         done += len(part.group)
         check_memory(rows, done / len(receivers))
         yield Progress(STAGE, done / len(receivers))
+    return linked(elements, scenery, receivers, rows)
+
+
+def linked(elements: Elements, scenery: Scenery, receivers: Receivers, rows: list[Rows]) -> HierarchicalTransport:
+    """Put rows together: add them up, close those of closed rooms, and see what arrives.
+
+    Parameters
+    ----------
+    elements : Elements
+    scenery : Scenery
+    receivers : Receivers
+        Of the elements.
+    rows : list of Rows
+        For all groups of receivers, in order.
+
+    Returns
+    -------
+    HierarchicalTransport
+        Not yet balanced.
+    """
     bright = scenery.brightness > BRIGHT
     sums = _gathered(rows, receivers, parted(np.ones((len(bright), 1)), bright))
     shut = np.zeros(len(elements), bool)
