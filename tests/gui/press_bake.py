@@ -167,6 +167,7 @@ def play() -> Steps:
     yield from key("ctrl+z")
     yield from wait(lambda: not any(lit()), "one undo takes all of them back")
 
+    bpy.context.scene.radiosity.quality = 'production'  # long enough to be cancelled
     yield from press("radiosity.bake")
     yield from wait(running, "a second click starts another bake")
     yield from screenshot("running.png")
