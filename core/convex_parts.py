@@ -81,8 +81,15 @@ def _checked(index: int, polygon: ArrayLike) -> FloatArray:
 
 def area_vector(corners: FloatArray) -> FloatArray:
     """Return a polygon's area times its unit normal [m^2] (Newell)."""
-    arms = corners - corners[0]
-    return np.asarray(np.cross(arms, np.roll(arms, -1, axis=0)).sum(axis=0) / 2)
+    arms = corners[1:] - corners[0]
+    return cross(arms[:-1], arms[1:]).sum(axis=0) / 2
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return cross products over the last axis; for small arrays much faster than NumPy's own."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
 
 
 def unit_normal(corners: FloatArray) -> FloatArray:
@@ -94,9 +101,9 @@ def unit_normal(corners: FloatArray) -> FloatArray:
 def plane_axes(normal: FloatArray) -> FloatArray:
     """Return two unit vectors, shape (2, 3), that make a right-handed frame with the normal."""
     axis = np.eye(3)[np.argmin(np.abs(normal))]
-    first = np.cross(axis, normal)
+    first = cross(axis, normal)
     first /= np.linalg.norm(first)
-    return np.stack((first, np.cross(normal, first)))
+    return np.stack((first, cross(normal, first)))
 
 
 def convex_parts(polygon: int, corners: FloatArray) -> list[ConvexPart]:

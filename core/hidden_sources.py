@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .convex_parts import plane_axes, unit_normal
 from .part_views import View
-from .piece_clipping import Pieces, cut, together
+from .piece_clipping import Pieces, boxed, cut, together
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -24,6 +24,8 @@ IntArray = NDArray[np.int64]
 CHUNK = 200_000
 # Distance that counts as none when clipping, relative to the view's margin.
 CLIP = 1e-3
+# Blockers this much lower than the point, relative to its height, have bounded shadows.
+LEVEL = 1e-6
 TINY = 1e-300
 
 
@@ -115,7 +117,7 @@ def whole_and_hidden(points: FloatArray, view: IntArray, table: Sights) -> tuple
         if len(rows):
             x = np.einsum("mx,max->am", points[rows] - table.origin[view[rows]], table.axes[view[rows]])
             corners = table.corners[:, view[rows]]
-            sources = Pieces(np.arange(len(rows)), table.size[view[rows]], corners[:, :, 0], corners[:, :, 1])
+            sources = boxed(np.arange(len(rows)), table.size[view[rows]], corners[:, :, 0], corners[:, :, 1])
             whole[rows] = _piece_factors(x, view[rows], sources, table)
             hidden[rows] = _hidden_factors(x, view[rows], sources, table)
     return whole, hidden
@@ -124,22 +126,29 @@ def whole_and_hidden(points: FloatArray, view: IntArray, table: Sights) -> tuple
 def _hidden_factors(x: FloatArray, view: IntArray, pieces: Pieces, table: Sights) -> FloatArray:
     """Return the factors of what is hidden from points x, shape (3, m); the pieces are the whole sources."""
     hidden = np.zeros(len(view))
-    point, planes = _cones(x, view, table)
+    point, planes, box = _cones(x, view, pieces.box, table)
     # Rows of each point in the table of cones.
     first = np.searchsorted(point, np.arange(len(view) + 1))
     for rank in range(int(np.diff(first).max())):
-        pieces = pieces.of(np.diff(first)[pieces.owner] > rank)
+        pieces = pieces.of(np.flatnonzero(np.diff(first)[pieces.owner] > rank))
         row = first[pieces.owner] + rank
-        unfinished = row + 1 < first[pieces.owner + 1]
-        inside, touched, outside = cut(pieces, planes[:, :, row], table.clearance[view[pieces.owner]], unfinished)
+        # Where the boxes are apart, the shadow misses the piece.
+        near = np.flatnonzero((pieces.box + box[:, row] < 0).all(axis=0))
+        row = row[near]
+        parts = pieces.of(near)
+        unfinished = row + 1 < first[parts.owner + 1]
+        inside, touched, outside = cut(parts, planes[:, :, row], table.clearance[view[parts.owner]], unfinished)
         hidden += np.bincount(inside.owner, _piece_factors(x, view, inside, table), minlength=len(view))
-        unfinished[touched] = False
-        pieces = together([pieces.of(unfinished), *outside])
+        left = np.ones(len(pieces.owner), dtype=bool)
+        left[near[touched]] = False
+        pieces = together([pieces.of(np.flatnonzero(left)), *outside])
     return hidden
 
 
-def _cones(x: FloatArray, view: IntArray, table: Sights) -> tuple[IntArray, FloatArray]:
-    """Return what the edges of blockers, seen from points x, are in the sources' planes.
+def _cones(
+    x: FloatArray, view: IntArray, source_box: FloatArray, table: Sights
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return what blockers, seen from points x, hide in the sources' planes.
 
     Returns
     -------
@@ -147,12 +156,18 @@ def _cones(x: FloatArray, view: IntArray, table: Sights) -> tuple[IntArray, Floa
         The point of each cone, ascending; cones that miss the whole source are left out.
     planes : ndarray of shape (e, 3, c)
         a, b, c of the distance a u + b v + c from the plane through the point and an edge, positive inside [m].
+    box : ndarray of shape (4, c)
+        Around the shadow: negated largest u, negated largest v, least u, least v [m]. The sum with a piece's box is
+        negative where the two meet.
     """
     count = np.diff(table.blocker)[view]
     point = np.repeat(np.arange(len(view)), count)
     blocker = np.arange(len(point)) + np.repeat(table.blocker[view] - np.cumsum(count) + count, count)
-    px, py, pz = x[:, point]
-    ax, ay, az = (table.blocker_corners[:, blocker, k] - p for k, p in enumerate((px, py, pz)))
+    arms = [table.blocker_corners[:, blocker, k] - x[k, point] for k in range(3)]
+    box = _shadow_boxes(arms, x[:, point])
+    near = np.flatnonzero((source_box[:, point] + box < 0).all(axis=0))
+    point, blocker, box = point[near], blocker[near], box[:, near]
+    ax, ay, az = (arm[:, near] for arm in arms)
     bx, by, bz = (np.roll(a, -1, axis=0) for a in (ax, ay, az))
     sx, sy, sz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     # From behind, the edges run clockwise.
@@ -160,6 +175,7 @@ def _cones(x: FloatArray, view: IntArray, table: Sights) -> tuple[IntArray, Floa
     side = np.sign(nx * ax[0] + ny * ay[0] + nz * az[0])
     length = np.sqrt(sx * sx + sy * sy + sz * sz)
     scale = side / np.maximum(length, TINY)
+    px, py, pz = x[:, point]
     planes = np.stack((sx * scale, sy * scale, -(sx * px + sy * py + sz * pz) * scale), axis=1)
     # Between repeated corners there is no edge.
     planes[:, 2][length == 0] = 1
@@ -168,7 +184,18 @@ def _cones(x: FloatArray, view: IntArray, table: Sights) -> tuple[IntArray, Floa
     for a, b, c in planes:
         highest = (a * corners[:, :, 0] + b * corners[:, :, 1] + c).max(axis=0)
         reached &= highest > table.clearance[view[point]]
-    return point[reached], planes[:, :, reached]
+    kept = np.flatnonzero(reached)
+    return point[kept], planes.take(kept, axis=2), box[:, kept]
+
+
+def _shadow_boxes(arms: list[FloatArray], x: FloatArray) -> FloatArray:
+    """Return boxes around the blockers' shadows, see `_cones`; unbounded where a corner is no lower than the point."""
+    lower = arms[2] < -LEVEL * x[2]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        u, v = (x[k] - arms[k] / arms[2] * x[2] for k in (0, 1))
+        box = np.stack((-u.max(axis=0), -v.max(axis=0), u.min(axis=0), v.min(axis=0)))
+    box[:, ~lower.all(axis=0)] = -np.inf
+    return box
 
 
 def _piece_factors(x: FloatArray, view: IntArray, pieces: Pieces, table: Sights) -> FloatArray:

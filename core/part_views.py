@@ -16,7 +16,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from .convex_parts import ConvexPart, area_vector, in_front, unit_normal
+from .convex_parts import ConvexPart, area_vector, cross, in_front, unit_normal
 
 FloatArray = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def contact_areas(parts: Sequence[ConvexPart], n_polygons: int) -> FloatArray:
             continue
         common = p.corners
         edges = np.roll(q.corners, -1, axis=0) - q.corners
-        for corner, inward in zip(q.corners, np.cross(q.normal, edges), strict=True):
+        for corner, inward in zip(q.corners, cross(q.normal, edges), strict=True):
             if len(common):
                 common = in_front(common, (common - corner) @ inward / np.linalg.norm(inward), margin)
         if len(common):
@@ -142,7 +142,7 @@ def _shaft_planes(first: FloatArray, second: FloatArray, margin: float) -> tuple
     found: list[tuple[FloatArray, FloatArray]] = []
     for one, other in ((first, second), (second, first)):
         edges = np.roll(one, -1, axis=0) - one
-        normals = np.cross(edges[:, None], other - one[:, None])
+        normals = cross(edges[:, None], other - one[:, None])
         offsets = (normals * one[:, None]).sum(axis=2).ravel()
         normals = normals.reshape(-1, 3)
         lengths = np.linalg.norm(normals, axis=1)

@@ -24,16 +24,30 @@ class Pieces:
         Number of corners.
     u, v : ndarray of shape (k, m)
         Corners, counter-clockwise; beyond its size a piece repeats its last one [m].
+    box : ndarray of shape (4, m)
+        Around each piece: least u, least v, negated largest u, negated largest v [m].
     """
 
     owner: IntArray
     size: IntArray
     u: FloatArray
     v: FloatArray
+    box: FloatArray
 
-    def of(self, columns: IntArray | BoolArray) -> "Pieces":
+    def of(self, columns: IntArray) -> "Pieces":
         """Return some of the pieces."""
-        return Pieces(self.owner[columns], self.size[columns], self.u[:, columns], self.v[:, columns])
+        return Pieces(
+            self.owner[columns],
+            self.size[columns],
+            self.u.take(columns, axis=1),
+            self.v.take(columns, axis=1),
+            self.box.take(columns, axis=1),
+        )
+
+
+def boxed(owner: IntArray, size: IntArray, u: FloatArray, v: FloatArray) -> Pieces:
+    """Return pieces with their boxes."""
+    return Pieces(owner, size, u, v, np.stack((u.min(axis=0), v.min(axis=0), -u.max(axis=0), -v.max(axis=0))))
 
 
 def together(blocks: Sequence[Pieces]) -> Pieces:
@@ -43,6 +57,7 @@ def together(blocks: Sequence[Pieces]) -> Pieces:
         np.concatenate([block.size for block in blocks]),
         _side_by_side([block.u for block in blocks]),
         _side_by_side([block.v for block in blocks]),
+        np.concatenate([block.box for block in blocks], axis=1),
     )
 
 
@@ -88,7 +103,7 @@ def cut(
     touched = np.zeros(len(pieces.owner), dtype=bool)
     touched[column] = True
     # Until the last cut it is not known whether a piece is touched at all.
-    return inside, column, [off.of(touched[column_off]) for off, column_off in cut_off]
+    return inside, column, [off.of(np.flatnonzero(touched[column_off])) for off, column_off in cut_off]
 
 
 def _clipped(pieces: Pieces, distance: FloatArray, none: FloatArray) -> tuple[Pieces, IntArray]:
@@ -121,7 +136,7 @@ def _crossed(pieces: Pieces, distance: FloatArray, above: BoolArray) -> Pieces:
         np.where(row < count, np.take_along_axis(w, kept, axis=0), np.where(row == count, w_down, w_up))
         for w, w_down, w_up in zip((pieces.u, pieces.v), down, up, strict=True)
     )
-    return Pieces(pieces.owner, count + 2, u, v)
+    return boxed(pieces.owner, count + 2, u, v)
 
 
 def _zero(pieces: Pieces, distance: FloatArray, high: IntArray, low: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Triangles on a receiver, fine enough that the shadow of no blocker is overlooked."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from .convex_parts import area_vector, in_front
+from .convex_parts import area_vector, cross, in_front
 from .part_views import View
 
 FloatArray = NDArray[np.float64]
@@ -15,6 +18,8 @@ FEWEST = 16
 NEARNESS = 0.5
 # A triangle is small enough when what it may overlook is this share of the tolerance.
 OVERLOOKED = 0.1
+# How far off the mean of the hidden factor may be in a triangle that holds a corner of a blocker.
+CORNER = 0.1
 
 
 def receiver_cells(view: View, tolerance: float) -> FloatArray:
@@ -39,10 +44,11 @@ def receiver_cells(view: View, tolerance: float) -> FloatArray:
     cells = np.concatenate(fans)
     cells = cells[triangle_areas(cells) > 0]
     largest = triangle_areas(cells).sum() / FEWEST
+    casters = [_caster(blocker, view) for blocker in view.blockers]
     done: list[FloatArray] = []
     while len(cells):
         areas = triangle_areas(cells)
-        split = (areas > largest) | _overlooking(cells, areas, view, tolerance)
+        split = (areas > largest) | _overlooking(cells, areas, casters, OVERLOOKED * tolerance)
         done.append(cells[~split])
         cells = halved(cells[split])
     return np.concatenate(done)
@@ -57,7 +63,7 @@ def _cut_at_contacts(view: View) -> list[FloatArray]:
         if len(touching) >= 2:
             # The two corners in contact that are furthest apart hold the line.
             along = touching[np.argmax(np.linalg.norm(touching - touching[0], axis=1))] - touching[0]
-            across = np.cross(normal, along) / np.linalg.norm(along)
+            across = cross(normal, along) / np.linalg.norm(along)
             sides = (
                 in_front(piece, side * ((piece - touching[0]) @ across), view.margin)
                 for piece in pieces
@@ -67,26 +73,79 @@ def _cut_at_contacts(view: View) -> list[FloatArray]:
     return pieces
 
 
-def _overlooking(cells: FloatArray, areas: FloatArray, view: View, tolerance: float) -> NDArray[np.bool_]:
-    """Return which triangles may hold between their points what the cubature should see.
+@dataclass(frozen=True, eq=False)
+class _Caster:
+    """A blocker as what casts shadows on a receiver.
+
+    Attributes
+    ----------
+    corners, edges, inward : ndarray of shape (k, 3)
+        Corners, the edges after them, and unit vectors from these into the polygon [m].
+    normal : ndarray of shape (3,)
+    heights, rises : ndarray of shape (k,)
+        Heights of the corners above the receiver, and what the edges after them add to them [m].
+    contacts : ndarray of shape (c, 3)
+        Corners that touch the receiver.
+    width, area, widening : float
+        Least width [m] and area [m^2]; what a shadow's width grows by per metre of distance.
+    """
+
+    corners: FloatArray
+    edges: FloatArray
+    inward: FloatArray
+    normal: FloatArray
+    heights: FloatArray
+    rises: FloatArray
+    contacts: FloatArray
+    width: float
+    area: float
+    widening: float
+
+
+def _caster(blocker: FloatArray, view: View) -> _Caster:
+    """Return the measures of a blocker.
 
     A blocker of width w, d away from the receiver and e from a source of width s, has a shadow of width
-    w + (w + s) d / e, penumbra included, and what it hides varies over lengths of d. By reciprocity all it can hide is
-    twice its own area. An edge that runs close above the receiver has a shadow with a border as narrow as its height.
+    w + (w + s) d / e, penumbra included, and what it hides varies over lengths of d.
+    """
+    following = np.roll(np.arange(len(blocker)), -1)
+    edges = blocker[following] - blocker
+    vector = area_vector(blocker)
+    area = float(np.linalg.norm(vector))
+    heights = (blocker - view.first[0]) @ view.normals[0]
+    width = polygon_width(blocker)
+    beyond = max(float(np.linalg.norm(blocker.mean(axis=0) - view.second.mean(axis=0))), view.margin)
+    return _Caster(
+        corners=blocker,
+        edges=edges,
+        inward=cross(np.broadcast_to(vector / area, edges.shape), edges),
+        normal=vector / area,
+        heights=heights,
+        rises=heights[following] - heights,
+        contacts=blocker[heights <= view.margin],
+        width=width,
+        area=area,
+        widening=min(NEARNESS, (width + polygon_width(view.second)) / beyond),
+    )
+
+
+def _overlooking(cells: FloatArray, areas: FloatArray, casters: Sequence[_Caster], enough: float) -> NDArray[np.bool_]:
+    """Return which triangles may hold between their points what the cubature should see, by more than enough [m^2].
+
+    By reciprocity all that a blocker can hide is twice its own area. An edge that runs close above the receiver has a
+    shadow with a border as narrow as its height. Where a corner touches the receiver, what is hidden depends on the
+    direction from there, however close.
     """
     centres = cells.mean(axis=1)
-    radii = np.linalg.norm(cells - centres[:, None], axis=2).max(axis=1)
-    source_width, source_centre = polygon_width(view.second), view.second.mean(axis=0)
-    enough = OVERLOOKED * tolerance
+    radii = np.sqrt(np.max(np.sum((cells - centres[:, None]) ** 2, axis=2), axis=1))
     split = np.zeros(len(cells), dtype=bool)
-    for blocker in view.blockers:
-        width, area = polygon_width(blocker), float(np.linalg.norm(area_vector(blocker)))
-        beyond = max(float(np.linalg.norm(blocker.mean(axis=0) - source_centre)), view.margin)
-        heights = (blocker - view.first[0]) @ view.normals[0]
-        distance, border, height = _distances(centres, blocker, heights)
-        shadow = width + min(NEARNESS, (width + source_width) / beyond) * distance
-        split |= (radii > shadow) & (np.minimum(areas, 2 * area) > enough)
+    for caster in casters:
+        distance, border, height = _distances(centres, caster)
+        shadow = caster.width + caster.widening * distance
+        split |= (radii > shadow) & (np.minimum(areas, 2 * caster.area) > enough)
         split |= (radii > border) & (np.minimum(areas, 4 * radii * height) > enough)
+        for corner in caster.contacts:
+            split |= (radii > np.sqrt(np.sum((centres - corner) ** 2, axis=1))) & (CORNER * areas > enough)
     return split
 
 
@@ -99,35 +158,28 @@ def polygon_width(corners: FloatArray) -> float:
     return float(np.min(np.linalg.norm(off, axis=2).max(axis=1)))
 
 
-def _distances(
-    points: FloatArray, corners: FloatArray, heights: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the distances of points from a convex polygon and from its border, and the height where that is closest.
+def _distances(points: FloatArray, caster: _Caster) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the distances of points from a blocker and from its border, and the height where that is closest.
 
     Parameters
     ----------
     points : ndarray of shape (m, 3)
-    corners : ndarray of shape (k, 3)
-    heights : ndarray of shape (k,)
-        Of the corners; heights of edges in between are linear.
+    caster : _Caster
 
     Returns
     -------
     three ndarrays of shape (m,)
         [m]
     """
-    following = np.roll(np.arange(len(corners)), -1)
-    edges = corners[following] - corners
-    normal = area_vector(corners) / np.linalg.norm(area_vector(corners))
-    arms = points[:, None] - corners
-    share = np.clip(np.sum(arms * edges, axis=2) / np.sum(edges * edges, axis=1), 0, 1)
-    to_edges = np.linalg.norm(arms - share[:, :, None] * edges, axis=2)
-    above = heights + share * (heights[following] - heights)
-    closest = np.argmin(to_edges, axis=1)
-    rows = np.arange(len(points))
-    border = to_edges[rows, closest]
-    inside = (np.sum(arms * np.cross(normal, edges), axis=2) >= 0).all(axis=1)
-    return np.where(inside, np.abs(arms[:, 0] @ normal), border), border, above[rows, closest]
+    arms = points[:, None] - caster.corners
+    share = np.sum(arms * caster.edges, axis=2) / np.sum(caster.edges**2, axis=1)
+    share = np.minimum(np.maximum(share, 0), 1)
+    to_edges = np.sum((arms - share[:, :, None] * caster.edges) ** 2, axis=2)
+    closest = (np.arange(len(points)), np.argmin(to_edges, axis=1))
+    border = np.sqrt(to_edges[closest])
+    inside = (np.sum(arms * caster.inward, axis=2) >= 0).all(axis=1)
+    distance = np.where(inside, np.abs(arms[:, 0] @ caster.normal), border)
+    return distance, border, (caster.heights + share * caster.rises)[closest]
 
 
 def halved(triangles: FloatArray) -> FloatArray:
@@ -142,5 +194,5 @@ def halved(triangles: FloatArray) -> FloatArray:
 
 def triangle_areas(triangles: FloatArray) -> FloatArray:
     """Return the areas of triangles, shape (t, 3, 3) [m^2]."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     return np.asarray(np.linalg.norm(normals, axis=1) / 2)
