@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The hierarchical method from end to end, against closed forms and against the whole matrix."""
+
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from core.bake import bake
+from core.errors import RadiosityError
+from core.hierarchy.corners import corner_receivers
+from core.progress import exhaust
+from core.scene import Scene
+from core.settings import Settings
+
+MIXED = "clusters that hold parts of a lit and of a dark wall send the mean of both every way"
+QUALITIES = ("preview", "medium", "high", "production")
+
+
+class AtOnce(Executor):
+    """Runs what it is given right away."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def lit(scene, executor=None, **settings):
+    return exhaust(bake(scene, Settings(**settings), executor=executor or AtOnce()))
+
+
+def surfaces(result):
+    """Return the mean radiosity of each face, shape (f,)."""
+    area, face = result.patches.area, result.patches.face
+    return np.bincount(face, area * result.solution.radiosity[:, 0]) / np.bincount(face, area)
+
+
+@pytest.fixture
+def scene(box, l_room, ceiling_lamp):
+    """A scene by name: `scene(name, divisions)`."""
+
+    def build(name, divisions):
+        if name == "cube":
+            return ceiling_lamp(0.5, divisions)
+        polygons = l_room() if name == "L-room" else [*box(), *box((0.25, 0.5, 0.25), (0.25, 0.25, 0.25), inward=False)]
+        emission = np.zeros((len(polygons), 3))
+        emission[5 if name == "L-room" else 1] = 1
+        return Scene.from_polygons(polygons, 0.6, emission, divisions=np.full(len(polygons), divisions))
+
+    return build
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+@pytest.mark.parametrize("rho", [0.2, 0.5, 0.9])
+def test_a_furnace_is_as_bright_as_the_series_says(cube, quality, rho):
+    result = lit(cube(rho, 1.0, 2), quality=quality)
+    exact = 1 / (1 - rho)
+    assert result.solution.radiosity == pytest.approx(np.full_like(result.solution.radiosity, exact), rel=1e-3)
+    assert result.corner_radiance * np.pi == pytest.approx(np.full((24, 3), exact), rel=1e-3)
+    assert result.report.energy.error < 1e-3 and result.solution.converged
+
+
+@pytest.mark.parametrize("name", ["cube", "L-room", "block"])
+def test_energy_is_conserved_and_rows_add_up(scene, name):
+    report = lit(scene(name, 4)).report
+    assert report.energy.error < 1e-3
+    assert abs(report.row_sum.mean - 1) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("name", "divisions", "fine"),
+    [
+        ("cube", 4, 16),
+        ("L-room", 8, 10),
+        pytest.param("cube", 8, 16, marks=pytest.mark.xfail(reason=MIXED)),
+        pytest.param("block", 8, 8, marks=pytest.mark.xfail(reason=MIXED)),
+    ],
+)
+def test_production_agrees_with_the_whole_matrix(scene, name, divisions, fine):
+    dense = surfaces(lit(scene(name, fine), method="gathering"))
+    found = surfaces(lit(scene(name, divisions), quality="production"))
+    assert found == pytest.approx(dense, rel=5e-3)
+
+
+def test_the_result_does_not_depend_on_who_computes(scene):
+    room = scene("block", 4)
+    alone = lit(room)
+    for workers in (1, 2, 4):
+        with ThreadPoolExecutor(workers) as pool:
+            result = lit(room, pool)
+        assert np.array_equal(result.corner_radiance, alone.corner_radiance)
+        assert np.array_equal(result.solution.radiosity, alone.solution.radiosity)
+
+
+def test_a_bake_that_is_closed_leaves_nothing_running(scene):
+    with ThreadPoolExecutor(1) as pool:
+        steps = bake(scene("block", 8), Settings(), executor=pool)
+        stages = set()
+        for progress in steps:
+            stages.add(progress.stage)
+            if progress.stage == "Links" and progress.fraction > 0:
+                break
+        steps.close()
+        assert "First look" in stages and "Final gather" not in stages
+        # The pool takes new work: what waited before it is gone or done.
+        assert pool.submit(int, "7").result(timeout=60) == 7
+
+
+def test_links_that_do_not_fit_are_refused(scene, monkeypatch):
+    monkeypatch.setattr("core.hierarchy.transport.available_memory", lambda: 0)
+    monkeypatch.setattr("core.hierarchy.rows.TASK", 8)
+    with pytest.raises(RadiosityError, match="GiB"):
+        lit(scene("block", 8))
+
+
+@pytest.mark.parametrize("divisions", [4, pytest.param(8, marks=pytest.mark.xfail(reason=MIXED))])
+def test_one_iteration_is_direct_light_only(ceiling_lamp, divisions):
+    result = lit(ceiling_lamp(0.5, divisions), quality="production", iterations=1)
+    B = surfaces(result)
+    # Opposite squares of a cube exchange 0.1998 (Hottel), so that each wall beside gets a quarter of the rest.
+    assert B[0] == pytest.approx(0.5 * 0.19982, rel=5e-3)
+    assert B[1] == pytest.approx(1.0, rel=1e-4)
+    assert B[2:] == pytest.approx(np.full(4, 0.5 * 0.20004), rel=5e-3)
+    assert not result.solution.converged
+
+
+def test_corners_under_a_block_are_not_black(box):
+    # A block stands on the floor; the floor has a vertex under it, where nothing can be seen.
+    grid = np.linspace(0, 1, 5)
+    floor = [
+        np.array([(x, y, 0), (x + 0.25, y, 0), (x + 0.25, y + 0.25, 0), (x, y + 0.25, 0)])
+        for x in grid[:-1]
+        for y in grid[:-1]
+    ]
+    block = box((0.3, 0.3, 0.3), (0.35, 0.35, 0.0), inward=False)[1:]
+    polygons = [*floor, *box()[1:], *block]
+    emission = np.zeros((len(polygons), 3))
+    emission[len(floor)] = 1
+    scene = Scene.from_polygons(polygons, 0.5, emission)
+    result = lit(scene)
+    at = scene.vertices[scene.corner_vertex]
+    under = np.abs(at - (0.5, 0.5, 0)).max(axis=1) < 1e-9
+    open_floor = (np.abs(at[:, 2]) < 1e-9) & (scene.corner_normals[:, 2] > 0.9) & ~under
+    assert under.sum() == 4
+    assert result.corner_radiance[under].min() > 0.1 * result.corner_radiance[open_floor].mean()
+
+
+def test_corners_stand_a_little_inside_their_faces(cube):
+    scene = cube()
+    corners = corner_receivers(scene)
+    assert len(corners.group) == 24 and corners.group.max() == len(corners.point) - 1
+    apart = corners.point[corners.group] - scene.vertices[scene.corner_vertex]
+    length = np.linalg.norm(apart, axis=1)
+    assert ((length > 0) & (length < 0.03)).all()
+    assert np.abs((apart * scene.corner_normals).sum(axis=1)).max() < 1e-12
+    assert corners.normal[corners.group] == pytest.approx(scene.corner_normals)
