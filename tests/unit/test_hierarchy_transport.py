@@ -13,7 +13,7 @@ from core.hierarchy.elements import centres, quarters, split_patches
 from core.hierarchy.quality import QUALITIES
 from core.hierarchy.receivers import group_receivers
 from core.hierarchy.rows import build_rows, gather, received, stream_rows
-from core.hierarchy.transport import build_scenery, closures, hierarchical_transport, sees_no_way_out
+from core.hierarchy.transport import build_scenery, closures, hierarchical_transport
 from core.meshing import mesh
 from core.progress import exhaust
 from core.scene import Scene
@@ -167,15 +167,6 @@ def test_received_is_gathered_the_other_way_round(furnished):
     area = rng.uniform(size=len(elements))
     there = area @ gather(rows, receivers, nodes[:, None])[:, 0]
     assert received(rows, receivers, area, len(nodes)) @ nodes == pytest.approx(there, rel=1e-5)
-
-
-def test_open_scenes_see_a_way_out_and_closed_ones_do_not(box, furnished):
-    floor = Scene.from_polygons(box()[:1], 0.5, 1.0, divisions=np.array([4]))
-    for scene, shut in ((furnished(4), True), (floor, False)):
-        patches = mesh(scene)
-        receivers = group_receivers(patches.centre, patches.normal)
-        seen = sees_no_way_out(receivers, patches.corners, scene_occluders(scene, patches))
-        assert seen.all() if shut else not seen.any()
 
 
 def test_closure_mends_little_and_only_where_it_is_shut():
