@@ -17,7 +17,7 @@ from .columns import column_transport
 from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
-from .hierarchy.solve import patch_solution, solve
+from .hierarchy.solve import EXPOSED, exposed_irradiance, patch_solution, solve
 from .lamps import direct_light
 from .meshing import Patches
 from .progress import Progress, T
@@ -123,9 +123,13 @@ def _hierarchical(
         )
         corners = corner_receivers(scene)
         elements, solution = lit.elements, lit.solution
-        B, H = solution.radiosity, solution.irradiance
+        H = exposed_irradiance(lit, patches)
+        B = patches.emission[elements.patch] + patches.reflectance[elements.patch] * H
+        exposed = lit.transport.row_sums() > EXPOSED
         H, links, rays = yield from clock.watch(
-            final_gather(corners, elements, B, H, lit.scenery, patches, quality.gather, workers, direct=direct)
+            final_gather(
+                scene, corners, elements, B, H, exposed, lit.scenery, patches, quality.gather, workers, direct=direct
+            )
         )
     face = scene.corner_face
     colours = (scene.emission[face] + scene.reflectance[face] * H[corners.group]) / np.pi

@@ -8,6 +8,7 @@ as much as the first. So every island of faces has the side, or the sides, that 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .islands import islands
 from .lit_sides import Surroundings, lit_sides
@@ -18,6 +19,9 @@ __all__ = ["Surroundings", "auto_sides", "choose_sides", "island_counts"]
 
 # More islands than this are taken together, object by object.
 MOST_ISLANDS = 500
+# A side whose every point has a surface this close before it, as a share of the island's size, shines into a gap: of
+# its light at most some four times that share gets out.
+_GAP = 0.004
 
 
 def choose_sides(
@@ -76,7 +80,31 @@ def auto_sides(scene: Scene, patches: Patches, occluders: Surroundings, *, seed:
     group = part if np.max(part) < MOST_ISLANDS else scene.face_object
     found = lit_sides(scene, patches, group, occluders, np.random.default_rng(seed))[group]
     sides = np.where(undecided, found, scene.sides)
+    sides = _without_gaps(scene, sides, undecided, group, patches, occluders)
     return replace(scene, sides=sides, warnings=scene.warnings + _flipped(scene, part, undecided & (sides == BACK)))
+
+
+def _without_gaps(
+    scene: Scene,
+    sides: NDArray[np.uint8],
+    undecided: BoolArray,
+    group: IntArray,
+    patches: Patches,
+    occluders: Surroundings,
+) -> NDArray[np.uint8]:
+    """Return the sides without those of emitters that lie close to another surface, as a lamp on a ceiling does."""
+    sides = sides.copy()
+    both = undecided & (sides == BOTH) & scene.emission.any(axis=1)
+    for island in np.unique(group[both]):
+        members = group == island
+        own = np.flatnonzero(members[patches.face])
+        size = np.sqrt(patches.area[own].sum())
+        normal = scene.face_normal[patches.face[own]]
+        for side, way in ((BACK, -normal), (FRONT, normal)):
+            _, distance, _ = occluders.nearest(patches.centre[own], way)
+            if np.max(distance, initial=0.0) < _GAP * size and (sides[members] != side).all():
+                sides[members] &= ~np.uint8(side)
+    return sides
 
 
 def island_counts(scene: Scene) -> dict[str, int]:

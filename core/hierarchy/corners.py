@@ -13,10 +13,12 @@ from ..progress import Progress
 from ..scene import BACK, Scene
 from ..shading import smooth_groups
 from .elements import Elements
+from .filter import smoothed
+from .probes import groups_shut_in, points_shut_in
 from .quality import Detail
-from .receivers import DirectLight, group_receivers
+from .receivers import DirectLight, Receivers, group_receivers
 from .rows import Scenery, gather, stream_rows
-from .transport import BRIGHT, closed_sum, closures, node_means, parted, sees_no_way_out
+from .transport import BRIGHT, closed_sum, closures, node_means, parted
 from .tree import Float, Int
 
 STAGE = "Final gather"
@@ -25,6 +27,8 @@ STAGE = "Final gather"
 _INSET = 0.02
 # Rows that add up to less see nothing but what is around them: covered, unless they look out.
 COVERED = 0.02
+# Where it is dark, errors count as many times more, at most.
+_MOST_NEED = 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +79,12 @@ def corner_receivers(scene: Scene) -> Corners:
 
 
 def final_gather(
+    scene: Scene,
     corners: Corners,
     elements: Elements,
     radiosity: Float,
     irradiance: Float,
+    exposed: NDArray[np.bool_],
     scenery: Scenery,
     patches: Patches,
     detail: Detail,
@@ -90,10 +96,14 @@ def final_gather(
 
     Parameters
     ----------
+    scene : Scene
     corners : Corners
+        Its corners.
     elements : Elements
     radiosity, irradiance : ndarray of shape (n, 3)
         Of the elements [W/m^2].
+    exposed : ndarray of shape (n,)
+        Elements that nothing stands on.
     scenery : Scenery
         Lit by that radiosity.
     patches : Patches
@@ -119,28 +129,51 @@ def final_gather(
     nodes = parted(np.column_stack((means, np.ones(len(means)))), scenery.brightness > BRIGHT)
     single = nodes.astype(np.float32)
     parts, links, rays = [], 0, 0
-    for rows in stream_rows(receivers, scenery, detail, workers):
+    need = _need(receivers, corners, patches, elements, irradiance)
+    for rows in stream_rows(receivers, scenery, detail, workers, need):
         parts.append(gather(rows, receivers, single))
         links += len(rows.weight)
         rays += rows.rays
         yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
     gathered = np.concatenate(parts)
-    shut = np.repeat(sees_no_way_out(receivers, elements.corners, scenery.occluders), np.diff(receivers.first))
-    total = closed_sum(gathered, closures(gathered[:, [3, 7]], shut))
-    light = np.zeros((len(corners.point), 3))
-    light[receivers.index] = scale * total[:, :3]
+    shut = np.repeat(groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first))
+    closure = closures(gathered[:, [3, 7]], shut)
+    lamps, others = (np.zeros((len(corners.point), 3)) for _ in range(2))
+    covered = np.zeros(len(corners.point), bool)
+    lamps[receivers.index] = scale * gathered[:, :3]
+    others[receivers.index] = scale * closure[:, None] * gathered[:, 4:7]
+    dark = receivers.index[closed_sum(gathered, closure)[:, 3] < COVERED]
+    covered[dark] = points_shut_in(corners.point[dark], corners.normal[dark], elements.corners, scenery.occluders)
     if direct is not None:
-        light += direct(corners.point, corners.normal)
-    covered = np.zeros(len(light), bool)
-    covered[receivers.index] = shut & (total[:, 3] < COVERED)
-    _uncover(light, covered, corners, elements, irradiance, patches)
+        lamps += direct(corners.point, corners.normal)
+    light = lamps + smoothed(others, lamps + others, scene, corners.group, covered)
+    _uncover(light, covered, corners, elements, irradiance, exposed, patches)
     return light, links, rays
 
 
+def _need(receivers: Receivers, corners: Corners, patches: Patches, elements: Elements, irradiance: Float) -> Float:
+    """Return how many times as much an error counts at each group as where light is typical: more where it is dark."""
+    A, H = elements.area, irradiance.mean(axis=1)
+    typical = float(A @ H / A.sum())
+    of_patch = np.bincount(elements.patch, A * H, len(patches.area)) / np.bincount(elements.patch, A, len(patches.area))
+    at = corners.group[patches.touch_corner]
+    count = np.bincount(at, minlength=len(corners.point))
+    here = np.bincount(at, of_patch[patches.touch_patch], len(count)) / np.maximum(count, 1)
+    group = np.add.reduceat(here[receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
+    need: Float = np.clip(typical / np.maximum(group, 1e-300), 1, _MOST_NEED)
+    return need
+
+
 def _uncover(
-    light: Float, covered: NDArray[np.bool_], corners: Corners, elements: Elements, irradiance: Float, patches: Patches
+    light: Float,
+    covered: NDArray[np.bool_],
+    corners: Corners,
+    elements: Elements,
+    irradiance: Float,
+    exposed: NDArray[np.bool_],
+    patches: Patches,
 ) -> None:
-    """Give corners inside or under other geometry the light of what is lit of their patches, in place."""
+    """Give corners inside or under other geometry the light of what is exposed of their patches, in place."""
     if not covered.any():
         return
     # All elements of the patches that touch a covered corner.
@@ -152,7 +185,7 @@ def _uncover(
     pair = np.repeat(np.arange(len(patch)), count)
     element = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - begin[patch], count)
     at = group[touching][pair]
-    lit = irradiance[element].any(axis=1)
+    lit = exposed[element]
     at, element = at[lit], element[lit]
     area = np.bincount(at, elements.area[element], len(light))
     mean = [np.bincount(at, elements.area[element] * irradiance[element, k], len(light)) for k in range(3)]

@@ -40,7 +40,14 @@ class Links:
 
 
 def find_links(
-    receivers: Receivers, groups: Int, sources: Sources, brightness: Float, *, angle: float, error: float
+    receivers: Receivers,
+    groups: Int,
+    sources: Sources,
+    brightness: Float,
+    *,
+    angle: float,
+    error: float,
+    need: Float | None = None,
 ) -> Links:
     """Walk the hierarchy for some groups.
 
@@ -56,6 +63,8 @@ def find_links(
         A node is opened when its radius exceeds this times its distance.
     error : float
         A node is opened when its estimated error, as a share of a receiver's irradiance, exceeds this.
+    need : ndarray of shape (groups of `receivers`,), optional
+        How many times as much an error counts at each group as where light is typical.
 
     Returns
     -------
@@ -68,7 +77,7 @@ def find_links(
         seen, form_factor, ratio = _look(receivers, g, sources, s)
         g, s, form_factor, ratio = g[seen], s[seen], form_factor[seen], ratio[seen]
         leaf = tree.child[s] < 0
-        carried = form_factor * brightness[s]
+        carried = form_factor * brightness[s] if need is None else form_factor * brightness[s] * need[g]
         # A curved cluster's points are centroids, not Gauss's: as good as those of a flat one twice as large.
         ratio = np.where(sources.flat[s], ratio, 2 * ratio)
         fine = (ratio < angle) & (carried * np.minimum(ratio, 1) ** 2 < error)

@@ -81,7 +81,7 @@ class Rows:
             yield run, nodes, weight.reshape(len(nodes), run.stop - run.start)
 
 
-def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Detail) -> Rows:
+def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Detail, need: Float | None = None) -> Rows:
     """Compute the rows of some groups.
 
     Parameters
@@ -91,13 +91,17 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
         Ascending.
     scenery : Scenery
     detail : Detail
+    need : ndarray, optional
+        See `find_links`.
 
     Returns
     -------
     Rows
     """
     sources = scenery.sources
-    links = find_links(receivers, groups, sources, scenery.brightness, angle=detail.angle, error=detail.error)
+    links = find_links(
+        receivers, groups, sources, scenery.brightness, angle=detail.angle, error=detail.error, need=need
+    )
     count = np.diff(receivers.first)[links.group]
     pair = np.repeat(np.arange(len(count)), count)
     receiver = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - receivers.first[links.group], count)
@@ -106,6 +110,8 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     node = links.node[pair[shining]]
     # Rays go where the light is: a dim far link gets one.
     carried = weight[shining] * scenery.brightness[node]
+    if need is not None:
+        carried *= need[links.group[pair[shining]]]
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
     share, cast = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
@@ -117,18 +123,18 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
 
 
 def stream_rows(
-    receivers: Receivers, scenery: Scenery, detail: Detail, workers: Executor, groups: Int | None = None
+    receivers: Receivers, scenery: Scenery, detail: Detail, workers: Executor, need: Float | None = None
 ) -> Iterator[Rows]:
-    """Compute the rows of all groups, or of some, in tasks, and yield them in order, whoever finishes first.
+    """Compute the rows of all groups in tasks, and yield them in order, whoever finishes first.
 
     Closing the iterator cancels what has not begun.
     """
-    groups = np.arange(len(receivers)) if groups is None else groups
+    groups = np.arange(len(receivers))
     ahead: deque[Future[Rows]] = deque()
     try:
         for first in range(0, len(groups), TASK):
             part = groups[first : first + TASK]
-            ahead.append(workers.submit(build_rows, receivers, part, scenery, detail))
+            ahead.append(workers.submit(build_rows, receivers, part, scenery, detail, need))
             if len(ahead) > _AHEAD:
                 yield ahead.popleft().result()
         while ahead:

@@ -21,6 +21,8 @@ from .tree import Float
 
 # Reflectance that the ambient light of the first look is estimated with, at most.
 _MOST_AMBIENT = 0.9
+# Share of its surroundings that an element in a closed room has to see for not being hidden itself.
+EXPOSED = 0.3
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
 _CLOSER = 0.05
 
@@ -104,19 +106,28 @@ def solve(
         solution = replace(again, iterations=solution.iterations + again.iterations, converged=converged)
     solution = replace(solution, irradiance=solution.irradiance + H0)
     typical = typical_irradiance(elements, solution.irradiance) or typical
-    return Lit(
-        elements,
-        transport,
-        solution,
-        H0,
-        relit(scenery, elements, solution.radiosity, typical),
-        rays + transport.rays,
-    )
+    scenery = relit(scenery, elements, solution.radiosity, typical)
+    return Lit(elements, transport, solution, H0, scenery, rays + transport.rays)
 
 
 def typical_irradiance(elements: Elements, irradiance: Float) -> float:
     """Return the irradiance that errors are judged by: the mean over all area and channels [W/m^2]."""
     return float(elements.area @ irradiance.mean(axis=1) / elements.area.sum())
+
+
+def exposed_irradiance(lit: Lit, patches: Patches) -> Float:
+    """Return the irradiance that elements show, shape (n, 3) [W/m^2].
+
+    An element whose middle is under something else may still reach out from below: what shows of it is lit as the rest
+    of its patch is.
+    """
+    elements, H = lit.elements, lit.solution.irradiance
+    exposed = lit.transport.row_sums() > EXPOSED
+    A = np.where(exposed, elements.area, 0)
+    total = np.bincount(elements.patch, A, len(patches.area))[elements.patch]
+    sums = [np.bincount(elements.patch, A * H[:, k], len(patches.area))[elements.patch] for k in range(3)]
+    hidden = ~exposed & (total > 0)
+    return np.where(hidden[:, None], np.stack(sums, axis=1) / np.maximum(total, 1e-300)[:, None], H)
 
 
 def patch_solution(lit: Lit, patches: Patches) -> Solution:

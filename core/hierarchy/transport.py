@@ -19,6 +19,7 @@ from ..memory import available_memory
 from ..progress import Progress
 from ..visibility import Occluders
 from .elements import Elements
+from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
 from .receivers import Receivers, group_receivers
@@ -32,15 +33,13 @@ _DARKEST, _BRIGHTEST = -5.0, 15.0
 # Of a typical irradiance: where nothing shines, rays go anywhere.
 _FAINT = 0.05
 # Nodes this many times as bright as is typical need no putting right.
-BRIGHT = 4.0
+BRIGHT = 12.0
 # A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
 _CLOSURE = 0.1
 # What is received from a lamp, and from all others, may be put right by this factor at most: more would let errors of
 # hidden places out, such as the gap between a lamp and its ceiling.
 _BALANCE = 1.15
 _OTHERS = 1.05
-# Directions that each group is probed in, whether it can see out.
-_PROBES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +269,7 @@ def linked(elements: Elements, scenery: Scenery, receivers: Receivers, rows: lis
     sums = _gathered(rows, receivers, parted(np.ones((len(bright), 1)), bright))
     shut = np.zeros(len(elements), bool)
     shut[receivers.index] = np.repeat(
-        sees_no_way_out(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
+        groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
     )
     closure, one = closures(sums, shut), np.ones(len(elements))
     tree = scenery.sources.tree
@@ -301,42 +300,6 @@ def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: 
     irradiance = np.zeros((len(receivers.index), nodes.shape[1]))
     irradiance[receivers.index] = np.concatenate([gather(part, receivers, single) for part in rows])
     return irradiance
-
-
-def sees_no_way_out(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Probe whether any light of each group leaves the scene.
-
-    Parameters
-    ----------
-    receivers : Receivers
-    corners : ndarray of shape (n, 4, 3)
-        Of everything there is [m].
-    occluders : Occluders
-
-    Returns
-    -------
-    ndarray of shape (g,)
-        True where every probe was blocked.
-    """
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    far = 4 * float(np.sqrt(((high - low) ** 2).sum())) + 1e-300
-    turn = np.arange(len(receivers) * _PROBES)
-    # Even in the cosine and round the normal, in the plane of each group.
-    cosine = ((turn % _PROBES) + 0.5) / _PROBES
-    angle = 2 * np.pi * 0.6180339887498949 * turn
-    group = turn // _PROBES
-    axis = receivers.axis[group]
-    side = np.eye(3)[np.abs(axis).argmin(axis=1)]
-    t = side - (side * axis).sum(axis=1, keepdims=True) * axis
-    t /= np.maximum(np.sqrt((t * t).sum(axis=1, keepdims=True)), 1e-300)
-    b = np.cross(axis, t)
-    sine = np.sqrt(1 - cosine * cosine)
-    way = cosine[:, None] * axis + (sine * np.cos(angle))[:, None] * t + (sine * np.sin(angle))[:, None] * b
-    count = np.diff(receivers.first)[group]
-    origin = receivers.point[receivers.first[group] + turn % np.maximum(count, 1)]
-    blocked = occluders.blocked(origin, origin + far * way)
-    shut: NDArray[np.bool_] = np.logical_and.reduceat(blocked, np.arange(0, len(turn), _PROBES))
-    return shut
 
 
 def _arrives(transport: HierarchicalTransport) -> Float:

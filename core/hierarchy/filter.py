@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A filter for indirect light at the corners: what a few rays say differently of neighbours is no shadow.
+
+Light from clusters is gathered with a ray or two a link, so it carries a little noise of its own at every vertex.
+Neighbours on the same smooth stretch have nearly the same indirect light; where they do not, it is left as it is. Lamps
+are not filtered: their shadows are sharp for a reason. (Rushmeier, Ward 1994; Kontkanen, Rasanen, Keller 2004.)
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Scene
+from .tree import Float, Int
+
+_ROUNDS = 3
+# Differences of neighbours, relative to all their light, that count half.
+_SAME = 0.06
+
+
+def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDArray[np.bool_]) -> Float:
+    """Blend indirect light with that of neighbours along the edges of the mesh.
+
+    Parameters
+    ----------
+    values : ndarray of shape (q, 3)
+        Indirect irradiance at each receiver [W/m^2].
+    light : ndarray of shape (q, 3)
+        All of it: what differences are judged by.
+    scene : Scene
+        Its edges tell who is a neighbour.
+    group : ndarray of shape (c,)
+        Receiver of each corner.
+    covered : ndarray of shape (q,)
+        Receivers that nobody is to learn from.
+
+    Returns
+    -------
+    ndarray of shape (q, 3)
+    """
+    one, other = _edges(scene, group)
+    there = ~(covered[one] | covered[other])
+    one, other = one[there], other[there]
+    count = len(values)
+    grey = light.mean(axis=1)
+    degree = np.bincount(one, minlength=count) + np.bincount(other, minlength=count)
+    crowd = np.maximum(degree[one], degree[other])
+    for _ in range(_ROUNDS):
+        level = values.mean(axis=1)
+        apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-300)
+        weight = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)
+        # Each gives and takes the same, so that no light is made; half of the way, so that nothing swings.
+        share = weight / crowd
+        flow = (0.5 * share)[:, None] * (values[other] - values[one])
+        values = values + np.stack(
+            [np.bincount(one, flow[:, k], count) - np.bincount(other, flow[:, k], count) for k in range(3)], axis=1
+        )
+    return values
+
+
+def _edges(scene: Scene, group: Int) -> tuple[Int, Int]:
+    """Return the pairs of receivers that edges join, each once."""
+    following = np.arange(1, len(group) + 1)
+    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
+    low, high = np.minimum(group, group[following]), np.maximum(group, group[following])
+    size = int(np.max(group, initial=0)) + 1
+    key = np.unique(low[low != high] * size + high[low != high])
+    return key // size, key % size
