@@ -2,34 +2,19 @@
 """Form factors of a point: to another patch's centre (T2) and to a whole polygon (T3), both without visibility.
 
 F is the dimensionless share of the light leaving a small surface at the point (normal n) that reaches the polygon.
-Lambert's formula is a sum over the polygon's edges, from corner a to corner b as seen from the point::
-
-    F = 1 / (2 pi) * sum  n . (b x a) / |a x b| * angle(a, b)
-
-It holds for a polygon above the point's horizon; one that crosses the horizon is clipped there first.
-
-References
-----------
-J. H. Lambert, Photometria, 1760.
-D. R. Baum, H. E. Rushmeier, J. M. Winget, Improving radiosity solutions through the use of analytically determined
-form-factors, SIGGRAPH 1989.
+The sum over edges that gives it exactly is in `lambert`; here it is laid out for many pairs at a time.
 """
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .lambert import IN_PLANE, careful_factors, cross, dot, edge_sums
 
 Floats = NDArray[np.floating]
 FloatType = type[np.float32] | type[np.float64]
 
 # Pairs worked on at a time: their temporaries stay in a core's own cache.
 BLOCK = 8192
-# Edges seen under a wider angle than this cosine's are left to the careful kernel: the point is close to the edge.
-WIDE_ANGLE = -0.99
-# Sine of the elevation that still counts as touching the horizon, so that a wall's foot needs no clipping.
-HORIZON = {np.dtype(np.float32): 1e-6, np.dtype(np.float64): 1e-12}
-# A point closer to the polygon's plane than this share of the polygon's size is taken to lie in it.
-IN_PLANE = {np.dtype(np.float32): 1e-5, np.dtype(np.float64): 1e-8}
-TINY = 1e-300
 
 
 def centre_to_centre(
@@ -99,10 +84,10 @@ def point_to_polygon(points: Floats, normals: Floats, polygons: Floats) -> Float
         # Structure of arrays: every operation runs over contiguous numbers.
         x = np.ascontiguousarray(points[block].T, dtype)
         n = np.ascontiguousarray(normals[block].T, dtype)
-        sums, careful = _edge_sums(*_edge_terms(x, n, polygons[block]))
+        sums, careful = edge_sums(*_edge_terms(x, n, polygons[block]))
         where = np.flatnonzero(careful)
         corners = polygons[block][where].transpose(2, 1, 0)
-        sums[where] = _careful_factors(x[:, where], n[:, where], corners, IN_PLANE[dtype])
+        sums[where] = careful_factors(x[:, where], n[:, where], corners, IN_PLANE[dtype])
         factors[block] = sums
     return factors
 
@@ -144,15 +129,15 @@ def points_to_polygons(points: Floats, normals: Floats, polygons: Floats, dtype:
         terms: list[Floats] = []
         for numbers, edge in zip(receivers, edges, strict=True):
             terms.append((numbers[block] @ edge).reshape(4, -1).astype(dtype, copy=False))
-        sums, careful = _edge_sums(*terms)
+        sums, careful = edge_sums(*terms)
         row, column = np.divmod(np.flatnonzero(careful), len(polygons))
-        sums[careful] = _careful_factors(x[block][row].T, n[block][row].T, corners[:, :, column], in_plane)
+        sums[careful] = careful_factors(x[block][row].T, n[block][row].T, corners[:, :, column], in_plane)
         factors[block] = sums.reshape(-1, len(polygons))
     return factors
 
 
 def _edge_terms(x: Floats, n: Floats, polygons: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return what `_edge_sums` takes, for points and normals of shape (3, b) and polygons of shape (b, 4, 3)."""
+    """Return what `edge_sums` takes, for points and normals of shape (3, b) and polygons of shape (b, 4, 3)."""
     corners = np.zeros((3, 5, x.shape[1]), x.dtype)
     np.subtract(polygons.transpose(2, 1, 0), x[:, None], out=corners[:, :4])
     corners[:, 4] = corners[:, 0]
@@ -162,17 +147,17 @@ def _edge_terms(x: Floats, n: Floats, polygons: Floats) -> tuple[Floats, Floats,
     triple = a[0] * (edge[1] * n[2] - edge[2] * n[1])
     triple += a[1] * (edge[2] * n[0] - edge[0] * n[2])
     triple += a[2] * (edge[0] * n[1] - edge[1] * n[0])
-    return _dot(a, a), _dot(a, n[:, None]), _dot(a, b), triple
+    return dot(a, a), dot(a, n[:, None]), dot(a, b), triple
 
 
 def _receiver_numbers(x: Floats, n: Floats) -> tuple[Floats, ...]:
     """Return the receivers' side of the products that `points_to_polygons` forms: four arrays of shape (r, ...)."""
-    one, squared = np.ones((len(x), 1)), _dot(x.T, x.T)[:, None]
+    one, squared = np.ones((len(x), 1)), dot(x.T, x.T)[:, None]
     return (
         np.hstack((-2 * x, squared, one)),
-        np.hstack((n, -_dot(n.T, x.T)[:, None])),
+        np.hstack((n, -dot(n.T, x.T)[:, None])),
         np.hstack((-x, squared, one)),
-        np.hstack((n, _cross(n.T, x.T).T)),
+        np.hstack((n, cross(n.T, x.T).T)),
     )
 
 
@@ -183,142 +168,8 @@ def _edge_numbers(polygons: Floats) -> tuple[Floats, ...]:
     p_first, q_first = p.swapaxes(0, 1), q.swapaxes(0, 1)
     one = np.ones((4, 1, p.shape[2]))
     return (
-        np.concatenate((p, one, _dot(p_first, p_first)[:, None]), axis=1),
+        np.concatenate((p, one, dot(p_first, p_first)[:, None]), axis=1),
         np.concatenate((p, one), axis=1),
-        np.concatenate((p + q, one, _dot(p_first, q_first)[:, None]), axis=1),
-        np.concatenate((_cross(p_first, q_first).swapaxes(0, 1), p - q), axis=1),
+        np.concatenate((p + q, one, dot(p_first, q_first)[:, None]), axis=1),
+        np.concatenate((cross(p_first, q_first).swapaxes(0, 1), p - q), axis=1),
     )
-
-
-def _edge_sums(squared: Floats, height: Floats, dots: Floats, triple: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return Lambert's sum and which pairs it is not good enough for, because they cross the horizon or are close.
-
-    Parameters
-    ----------
-    squared, height, dots, triple : ndarray of shape (4, b)
-        |a|^2, n . a, a . b and n . (a x b) of the four edges a -> b, seen from the point; overwritten.
-    """
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        inverse = np.sqrt(squared, out=squared)
-        np.divide(1, inverse, out=inverse)
-        height *= inverse
-        lowest, highest = height.min(axis=0), height.max(axis=0)
-        pair = np.multiply(inverse, inverse[[1, 2, 3, 0]], out=height)
-        dots *= pair
-        triple *= pair
-        # A corner at the point itself gives NaN here, which also asks for care.
-        careful = ~(dots.min(axis=0) > WIDE_ANGLE)
-        triple *= _angle_over_sine(dots)
-    # From behind the sum is negative, so no plane test is needed.
-    sums = triple.sum(axis=0) / triple.dtype.type(-2 * np.pi)
-    np.maximum(sums, 0, out=sums)
-    horizon = HORIZON[sums.dtype]
-    hidden = highest <= horizon
-    sums[hidden] = 0
-    careful |= lowest < -horizon
-    careful &= ~hidden
-    return sums, careful
-
-
-def _ratio_polynomial(degree: int) -> list[float]:
-    """Return the coefficients, highest first, of x / sin(x) in t = 1 - cos(x), x to a quarter of the widest."""
-    widest = 1 - np.cos(np.arccos(WIDE_ANGLE) / 4)
-    chebyshev = np.polynomial.Chebyshev.interpolate(
-        lambda t: np.arccos(1 - t) / np.sqrt(t * (2 - t)), degree, domain=[0, widest]
-    )
-    return [float(c) for c in chebyshev.convert(kind=np.polynomial.Polynomial).coef[::-1]]
-
-
-# Errors 5e-8 and 4e-15: about one rounding each.
-RATIO = {np.dtype(np.float32): _ratio_polynomial(4), np.dtype(np.float64): _ratio_polynomial(10)}
-
-
-def _angle_over_sine(cosine: Floats) -> Floats:
-    """Return angle / sin(angle) where the cosine is over WIDE_ANGLE; overwrites the cosine.
-
-    Halving the angle twice leaves a function so smooth that a short polynomial gives it: half the time of arccos where
-    that is vectorised, a tenth where it is not.
-    """
-    half = cosine.dtype.type(0.5)
-    cosine *= half
-    cosine += half
-    half_angle = np.sqrt(cosine, out=cosine)
-    quarter_angle = half_angle * half
-    quarter_angle += half
-    np.sqrt(quarter_angle, out=quarter_angle)
-    # sin(x) = 4 sin(x/4) cos(x/4) cos(x/2)
-    half_angle *= quarter_angle
-    t = np.subtract(1, quarter_angle, out=quarter_angle)
-    first, second, *rest = (cosine.dtype.type(c) for c in RATIO[cosine.dtype])
-    ratio = t * first
-    ratio += second
-    for coefficient in rest:
-        ratio *= t
-        ratio += coefficient
-    ratio /= half_angle
-    return ratio
-
-
-def _careful_factors(x: Floats, n: Floats, corners: Floats, in_plane: float) -> Floats:
-    """Return the factors of pairs that cross the horizon or come close, in float64.
-
-    Parameters
-    ----------
-    x, n : ndarray of shape (3, b)
-    corners : ndarray of shape (3, 4, b)
-    in_plane : float
-        Distance from the polygon's plane that counts as none, relative to the polygon's size.
-    """
-    x, n, corners = x.astype(float), n.astype(float), corners.astype(float)
-    factors = np.zeros(x.shape[1])
-    seen, x = _lift_off_plane(x, n, corners, in_plane)
-    x, n, corners = x[:, seen], n[:, seen], corners[:, :, seen]
-    start, end, kept = _clip_at_horizon(n, corners - x[:, None])
-    normal = _cross(end, start)
-    sine = np.sqrt(_dot(normal, normal))
-    angle = np.where(kept, np.arctan2(sine, _dot(start, end)), 0)
-    terms = _dot(n[:, None], normal) * angle / np.maximum(sine, TINY)
-    factors[seen] = np.clip(terms.sum(axis=0) / (2 * np.pi), 0, 1)
-    return factors
-
-
-def _clip_at_horizon(n: Floats, a: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return the edges of polygons clipped at the horizon: starts and ends of shape (3, 5, b), and which there are."""
-    b = a[:, [1, 2, 3, 0]]
-    height_a = _dot(n[:, None], a)
-    height_b = height_a[[1, 2, 3, 0]]
-    below_a, below_b = height_a < 0, height_b < 0
-    crosses = below_a != below_b
-    crossing = a + np.where(crosses, height_a / np.where(crosses, height_a - height_b, 1), 0) * (b - a)
-    # The horizon itself closes the polygon, from where it goes down to where it comes up.
-    down = np.where(crosses & below_b, crossing, 0).sum(axis=1)
-    up = np.where(crosses & below_a, crossing, 0).sum(axis=1)
-    start = np.concatenate((np.where(below_a, crossing, a), down[:, None]), axis=1)
-    end = np.concatenate((np.where(below_b, crossing, b), up[:, None]), axis=1)
-    return start, end, np.concatenate((~(below_a & below_b), crosses.any(axis=0)[None]))
-
-
-def _lift_off_plane(x: Floats, n: Floats, corners: Floats, in_plane: float) -> tuple[NDArray[np.bool_], Floats]:
-    """Return which points see the polygon's front, and the points with those in its plane lifted off it a little."""
-    diagonal, other = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
-    plane = _cross(diagonal, other)
-    plane = plane / np.maximum(np.sqrt(_dot(plane, plane)), TINY)
-    # The mid-plane of a quadrilateral that is not quite flat.
-    distance = _dot(plane, x - (corners[:, 0] + corners[:, 1]) / 2)
-    near = in_plane * np.sqrt(np.maximum(_dot(diagonal, diagonal), _dot(other, other)))
-    lying = np.abs(distance) < near
-    back_to_back = lying & (_dot(n, plane) < -1 + 1e-9)
-    return (distance > -near) & ~back_to_back, x + np.where(lying, near - distance, 0) * plane
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    """Return dot products over the first axis."""
-    product = a * b
-    total = product[0] + product[1]
-    total += product[2]
-    return np.asarray(total)
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Return cross products over the first axis."""
-    return np.asarray(np.stack((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .convex_parts import plane_axes
 from .errors import RadiosityError
 from .form_factors import points_to_polygons
+from .lambert import cross
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -107,7 +108,7 @@ class Hemicube:
         """
         frame = np.vstack((plane_axes(normal), normal))
         corners = np.ascontiguousarray(((polygons - point) @ frame.T).transpose(2, 1, 0))
-        diagonals = _cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        diagonals = cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
         area2 = np.sqrt((diagonals**2).sum(axis=0))
         # Distance of each polygon's plane from the point, negative when the point is in front.
         offset = (diagonals * (corners[:, 0] + corners[:, 1]) / 2).sum(axis=0) / np.maximum(area2, 1e-300)
@@ -115,7 +116,7 @@ class Hemicube:
         some = np.flatnonzero(shown)
         corners, offset = corners[:, :, some], offset[some]
         # Planes through the point and each edge, positive towards the polygon's inside.
-        edges = _cross(corners, np.roll(corners, -1, axis=1)) * np.sign(offset)
+        edges = cross(corners, np.roll(corners, -1, axis=1)) * np.sign(offset)
         nearness = diagonals[:, some] / (area2[some] * offset)
         owners = [self._rasterised(face, corners, edges, nearness) for face in range(len(FACES))]
         owner = np.concatenate(owners)
@@ -190,8 +191,3 @@ def _fragments(polygon: IntArray, bounds: IntArray) -> tuple[IntArray, IntArray,
     place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
     row, column = np.divmod(place, np.maximum(width, 1)[which])
     return polygon[which], column + bounds[0][which], row + bounds[2][which]
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return cross products over the first axis."""
-    return np.stack((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
