@@ -108,7 +108,7 @@ class Hemicube:
         """
         frame = np.vstack((plane_axes(normal), normal))
         corners = np.ascontiguousarray(((polygons - point) @ frame.T).transpose(2, 1, 0))
-        diagonals = cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        diagonals = np.asarray(cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), float)
         area2 = np.sqrt((diagonals**2).sum(axis=0))
         # Distance of each polygon's plane from the point, negative when the point is in front.
         offset = (diagonals * (corners[:, 0] + corners[:, 1]) / 2).sum(axis=0) / np.maximum(area2, 1e-300)
@@ -116,7 +116,7 @@ class Hemicube:
         some = np.flatnonzero(shown)
         corners, offset = corners[:, :, some], offset[some]
         # Planes through the point and each edge, positive towards the polygon's inside.
-        edges = cross(corners, np.roll(corners, -1, axis=1)) * np.sign(offset)
+        edges = np.asarray(cross(corners, np.roll(corners, -1, axis=1)), float) * np.sign(offset)
         nearness = diagonals[:, some] / (area2[some] * offset)
         owners = [self._rasterised(face, corners, edges, nearness) for face in range(len(FACES))]
         owner = np.concatenate(owners)
