@@ -86,13 +86,16 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
     largest = (size * float(np.sqrt((np.ptp(corners.reshape(-1, 3), axis=0) ** 2).sum()))) ** 2
     for depth in range(_DEEPEST + 1):
         area = patches.area[patch] / 4**depth
-        coarse = area > largest
+        urgency = area / largest
         if len(patch) and power > 0:
-            coarse |= 3 * reflected[patch] * _spread(corners, patches, lit) * area > tolerance * power
+            misplaced = 3 * reflected[patch] * _spread(corners, patches, lit) * area
+            urgency = np.maximum(urgency, misplaced / (tolerance * power))
         if len(patch) and depth < _CONTACT_DEPTH:
-            coarse |= _stood_on(corners, occluders)
-        if depth == _DEEPEST or 4 * coarse.sum() > room:
-            coarse[:] = False
+            urgency = np.maximum(urgency, np.where(_stood_on(corners, occluders), 2.0, 0.0))
+        coarse = (urgency > 1) & (depth < _DEEPEST)
+        if 4 * coarse.sum() > room:
+            # The most urgent only.
+            coarse[np.argsort(-urgency, kind="stable")[room // 4 :]] = False
         room -= 4 * int(coarse.sum())
         done.append((corners[~coarse], patch[~coarse]))
         corners, patch = quarters(corners[coarse]), np.repeat(patch[coarse], 4)
@@ -127,11 +130,13 @@ def _spread(corners: Float, patches: Patches, lit: Int) -> Float:
     sources = build_sources(patches.corners[lit], patches.centre[lit], patches.normal[lit], patches.area[lit])
     shining = patches.emission[lit].mean(axis=1)
     power = sources.tree.sums((patches.area[lit] * shining)[:, None])[:, 0]
-    parts = quarters(corners)
+    # Quarters and the whole: a lamp may hang right below the middle.
+    parts = np.concatenate((quarters(corners), corners))
     vector: Float = np.cross(parts[:, 2] - parts[:, 0], parts[:, 3] - parts[:, 1])
     normal = vector / np.maximum(np.sqrt((vector * vector).sum(axis=1)), 1e-300)[:, None]
     receivers = group_receivers(centres(parts), normal)
-    links = find_links(receivers, np.arange(len(receivers)), sources, np.ones(len(power)), angle=0.7, error=np.inf)
+    one = np.ones(len(power))
+    links = find_links(receivers, np.arange(len(receivers)), sources, one, angle=0.7, error=np.inf)
     count = np.diff(receivers.first)[links.group]
     pair = np.repeat(np.arange(len(count)), count)
     receiver = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - receivers.first[links.group], count)
@@ -146,8 +151,8 @@ def _spread(corners: Float, patches: Patches, lit: Int) -> Float:
             factors[where] = far_form_factors(point, facing, sources, node[where])
     light = np.zeros(len(normal))
     light[receivers.index] = np.bincount(receiver, factors * (power / sources.area)[node], len(normal))
-    quarter = light.reshape(-1, 4)
-    spread: Float = np.abs(quarter - quarter.mean(axis=1, keepdims=True)).mean(axis=1)
+    five = np.column_stack((light[: 4 * len(corners)].reshape(-1, 4), light[4 * len(corners) :]))
+    spread: Float = np.abs(five - five.mean(axis=1, keepdims=True)).mean(axis=1)
     return spread
 
 

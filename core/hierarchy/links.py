@@ -20,6 +20,10 @@ _BEND = 0.35
 _FRINGE = 10.0
 
 
+# A cluster of several walls shines into each direction with its mean: only if its parts differ by less than this.
+_UNEVEN = 0.25
+
+
 @dataclass(frozen=True, eq=False)
 class Links:
     """Pairs of a group and a node, sorted by group.
@@ -47,6 +51,7 @@ def find_links(
     *,
     angle: float,
     error: float,
+    uneven: Float | None = None,
     need: Float | None = None,
 ) -> Links:
     """Walk the hierarchy for some groups.
@@ -63,6 +68,8 @@ def find_links(
         A node is opened when its radius exceeds this times its distance.
     error : float
         A node is opened when its estimated error, as a share of a receiver's irradiance, exceeds this.
+    uneven : ndarray of shape (m,), optional
+        How much the parts of each node differ in brightness, see `unevenness`; not at all when not given.
     need : ndarray of shape (groups of `receivers`,), optional
         How many times as much an error counts at each group as where light is typical.
 
@@ -82,12 +89,21 @@ def find_links(
         ratio = np.where(sources.flat[s], ratio, 2 * ratio)
         fine = (ratio < angle) & (carried * np.minimum(ratio, 1) ** 2 < error)
         fine &= (sources.bend[s] < _BEND) | (_FRINGE * carried * sources.bend[s] ** 2 < error)
+        if uneven is not None:
+            fine &= sources.flat[s] | (uneven[s] < _UNEVEN)
         done = leaf | fine
         found.append((g[done], s[done], form_factor[done], ~fine[done]))
         g, s = np.repeat(g[~done], 2), np.column_stack((tree.child[s[~done]], tree.child[s[~done]] + 1)).ravel()
     group, node, form_factor, near = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.lexsort((node, group))
     return Links(group[order], node[order], form_factor[order], near[order])
+
+
+def unevenness(sources: Sources, brightness: Float) -> Float:
+    """Return by how much the parts that a node's quadrature points stand for differ from it, over its brightness."""
+    parts = np.abs(brightness[sources.below] - brightness[:, None]).max(axis=1)
+    uneven: Float = parts / np.maximum(brightness, 1e-300)
+    return uneven
 
 
 def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArray[np.bool_], Float, Float]:
@@ -99,12 +115,12 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
     # The highest that any point of the node stands above any receiver's horizon.
     height = (axis * apart).sum(axis=1) + (np.abs(axis) * half).sum(axis=1)
     height += receivers.depth[g] + receivers.cone[g] * reach
-    # The furthest that any receiver stands before the node's plane.
-    front = -(normal * apart).sum(axis=1) + np.where(sources.flat[s], 0, (np.abs(normal) * half).sum(axis=1))
+    # The furthest that any receiver stands before the node's plane, in which its centroid lies if it is flat.
+    to = sources.centre[s] - receivers.centre[g]
+    front = np.where(sources.flat[s], -(normal * to).sum(axis=1), (np.abs(normal) * half - normal * apart).sum(axis=1))
     cosine = np.abs((axis * normal).sum(axis=1))
     front += spread * np.sqrt(np.maximum(1 - cosine * cosine, 0)) + receivers.depth[g] + sources.cone[s] * reach
     seen = (height > 1e-7 * reach) & (front > 1e-7 * reach)
-    to = sources.centre[s] - receivers.centre[g]
     distance = np.maximum(np.sqrt((to * to).sum(axis=1)) - spread, 1e-3 * sources.radius[s] + 1e-300)
     cosines = np.clip(height / distance, 0, 1) * np.clip(front / distance, 0, 1)
     return seen, np.minimum(sources.facing[s] * cosines / (np.pi * distance**2), 1), sources.radius[s] / distance

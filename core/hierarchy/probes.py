@@ -29,17 +29,18 @@ def groups_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -
     """
     count = np.diff(receivers.first)
     turn = np.arange(_PROBES)
-    origin = receivers.point[receivers.first[:-1, None] + turn % np.maximum(count, 1)[:, None]]
-    return _shut_in(origin, receivers.axis, corners, occluders)
+    chosen = receivers.first[:-1, None] + turn % np.maximum(count, 1)[:, None]
+    return _shut_in(receivers.point[chosen], receivers.normal[chosen], corners, occluders)
 
 
 def points_shut_in(point: Float, normal: Float, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
     """Probe single points, shape (k, 3); otherwise as `groups_shut_in`."""
-    return _shut_in(np.repeat(point[:, None], _PROBES, axis=1), normal, corners, occluders)
+    origin, axis = (np.repeat(part[:, None], _PROBES, axis=1) for part in (point, normal))
+    return _shut_in(origin, axis, corners, occluders)
 
 
 def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Return whether all probes from origins (k, probes, 3), round axes (k, 3), are blocked."""
+    """Return whether all probes from origins (k, probes, 3), round axes of the same shape, are blocked."""
     if not len(axis):
         return np.zeros(0, bool)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
@@ -47,13 +48,12 @@ def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -
     # Even in the cosine and round the axis.
     cosine = (np.arange(_PROBES) + 0.5) / _PROBES
     angle = 2 * np.pi * 0.6180339887498949 * np.arange(len(axis) * _PROBES).reshape(-1, _PROBES)
-    side = np.eye(3)[np.abs(axis).argmin(axis=1)]
-    t = side - (side * axis).sum(axis=1, keepdims=True) * axis
-    t /= np.maximum(np.sqrt((t * t).sum(axis=1, keepdims=True)), 1e-300)
+    side = np.eye(3)[np.abs(axis).argmin(axis=2)]
+    t = side - (side * axis).sum(axis=2, keepdims=True) * axis
+    t /= np.maximum(np.sqrt((t * t).sum(axis=2, keepdims=True)), 1e-300)
     b = np.cross(axis, t)
     sine = np.sqrt(1 - cosine * cosine)
-    way = cosine[:, None] * axis[:, None] + (sine * np.cos(angle))[:, :, None] * t[:, None]
-    way += (sine * np.sin(angle))[:, :, None] * b[:, None]
+    way = cosine[:, None] * axis + (sine * np.cos(angle))[:, :, None] * t + (sine * np.sin(angle))[:, :, None] * b
     blocked = occluders.blocked(origin.reshape(-1, 3), (origin + far * way).reshape(-1, 3))
     shut: NDArray[np.bool_] = blocked.reshape(-1, _PROBES).all(axis=1)
     return shut

@@ -34,6 +34,8 @@ class Scenery:
         The elements that the sources are made of [m].
     brightness : ndarray of shape (m,)
         Radiosity of each node over a typical irradiance: what is worth following.
+    uneven : ndarray of shape (m,)
+        How much the parts of each node differ from it in that.
     targets : SourcePoints
     occluders : Occluders
     """
@@ -41,6 +43,7 @@ class Scenery:
     sources: Sources
     corners: Float
     brightness: Float
+    uneven: Float
     targets: SourcePoints
     occluders: Occluders
 
@@ -100,7 +103,14 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     """
     sources = scenery.sources
     links = find_links(
-        receivers, groups, sources, scenery.brightness, angle=detail.angle, error=detail.error, need=need
+        receivers,
+        groups,
+        sources,
+        scenery.brightness,
+        angle=detail.angle,
+        error=detail.error,
+        uneven=scenery.uneven,
+        need=need,
     )
     count = np.diff(receivers.first)[links.group]
     pair = np.repeat(np.arange(len(count)), count)

@@ -30,6 +30,8 @@ class Sources:
         [m^2].
     normal : ndarray of shape (m, 3)
         Mean normal, unit length.
+    below : ndarray of shape (m, 4)
+        Nodes that the quadrature points of a curved node stand for; the node itself for a flat one.
     cone : ndarray of shape (m,)
         Largest angle between `normal` and an element's normal, as its sine; 1 for more than a right angle.
     bend : ndarray of shape (m,)
@@ -55,6 +57,7 @@ class Sources:
     tree: Tree
     area: Float
     normal: Float
+    below: Int
     cone: Float
     bend: Float
     flat: NDArray[np.bool_]
@@ -105,10 +108,13 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
     vectors[curved] = share[:, :, None] * vector[quarter]
     bend = np.where(flat, 0.0, cone)
     bend[curved] = cone[quarter].max(axis=1)
+    below = np.repeat(np.arange(len(flat))[:, None], 4, axis=1)
+    below[curved] = quarter
     return Sources(
         tree=tree,
         area=total,
         normal=mean,
+        below=below,
         cone=cone,
         bend=bend,
         flat=flat,
@@ -139,10 +145,12 @@ def _moments(tree: Tree, corners: Float, centre: Float, area: Float) -> tuple[Fl
     """Return area, centroid and covariance of every node, combined from the leaves upwards (parallel axis theorem)."""
     first = tree.order[tree.start]
     A, C = area[first], centre[first]
-    # A quad's own second moment, as that of the parallelogram on its mean edges; a triangle's repeats a corner.
+    # A quad's own second moment, as that of the parallelogram on its mean edges.
     u = 0.5 * (corners[:, 1] - corners[:, 0] + corners[:, 2] - corners[:, 3])
     v = 0.5 * (corners[:, 3] - corners[:, 0] + corners[:, 2] - corners[:, 1])
-    own = (u[:, :, None] * u[:, None] + v[:, :, None] * v[:, None]) / 12
+    own = (_squares(u) + _squares(v)) / 12
+    a, b, c, d = corners.transpose(1, 0, 2)
+    own = np.where((c == d).all(axis=1)[:, None, None], (_squares(b - a) + _squares(c - b) + _squares(a - c)) / 36, own)
     M = own[first]
     for begin, end in reversed(tree.levels):
         inner = begin + np.flatnonzero(tree.child[begin:end] >= 0)
@@ -155,6 +163,11 @@ def _moments(tree: Tree, corners: Float, centre: Float, area: Float) -> tuple[Fl
         share = share[:, :, None]
         M[inner] = (1 - share) * M[left] + share * M[right] + share * (1 - share) * apart[:, :, None] * apart[:, None]
     return A, C, M
+
+
+def _squares(vector: Float) -> Float:
+    """Return each vector times itself, shape (n, 3, 3)."""
+    return vector[:, :, None] * vector[:, None]
 
 
 def _least_cosine(tree: Tree, normal: Float, mean: Float) -> Float:

@@ -19,6 +19,7 @@ from ..memory import available_memory
 from ..progress import Progress
 from ..visibility import Occluders
 from .elements import Elements
+from .links import unevenness
 from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
@@ -202,7 +203,7 @@ def build_scenery(elements: Elements, radiosity: Float, typical: float, occluder
 def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Occluders) -> Scenery:
     targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
-    return Scenery(sources, elements.corners, brightness, targets, occluders)
+    return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
 
 
 def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float) -> Scenery:

@@ -13,7 +13,6 @@ from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings
 
-MIXED = "clusters that hold parts of a lit and of a dark wall send the mean of both every way"
 QUALITIES = ("preview", "medium", "high", "production")
 
 
@@ -73,8 +72,8 @@ def test_energy_is_conserved_and_rows_add_up(scene, name):
     [
         ("cube", 4, 16),
         ("L-room", 8, 10),
-        pytest.param("cube", 8, 16, marks=pytest.mark.xfail(reason=MIXED)),
-        pytest.param("block", 8, 8, marks=pytest.mark.xfail(reason=MIXED)),
+        ("cube", 8, 16),
+        ("block", 8, 8),
     ],
 )
 def test_production_agrees_with_the_whole_matrix(scene, name, divisions, fine):
@@ -114,7 +113,7 @@ def test_links_that_do_not_fit_are_refused(scene, monkeypatch):
         lit(scene("block", 8))
 
 
-@pytest.mark.parametrize("divisions", [4, pytest.param(8, marks=pytest.mark.xfail(reason=MIXED))])
+@pytest.mark.parametrize("divisions", [4, 8])
 def test_one_iteration_is_direct_light_only(ceiling_lamp, divisions):
     result = lit(ceiling_lamp(0.5, divisions), quality="production", iterations=1)
     B = surfaces(result)
