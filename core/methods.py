@@ -123,7 +123,7 @@ def _hierarchical(
         )
         corners = corner_receivers(scene)
         elements, solution = lit.elements, lit.solution
-        H = exposed_irradiance(lit, patches)
+        H = exposed_irradiance(lit, patches, corners.group)
         B = patches.emission[elements.patch] + patches.reflectance[elements.patch] * H
         exposed = lit.transport.row_sums() > EXPOSED
         H, links, rays = yield from clock.watch(

@@ -17,7 +17,7 @@ from .quality import Quality
 from .receivers import DirectLight, group_receivers
 from .rows import Scenery, gather, stream_rows
 from .transport import HierarchicalTransport, build_scenery, hierarchical_transport, node_means, relit
-from .tree import Float
+from .tree import Float, Int
 
 # Reflectance that the ambient light of the first look is estimated with, at most.
 _MOST_AMBIENT = 0.9
@@ -115,19 +115,36 @@ def typical_irradiance(elements: Elements, irradiance: Float) -> float:
     return float(elements.area @ irradiance.mean(axis=1) / elements.area.sum())
 
 
-def exposed_irradiance(lit: Lit, patches: Patches) -> Float:
+def exposed_irradiance(lit: Lit, patches: Patches, group: Int) -> Float:
     """Return the irradiance that elements show, shape (n, 3) [W/m^2].
 
     An element whose middle is under something else may still reach out from below: what shows of it is lit as the rest
-    of its patch is.
+    of its patch is, or as the patches beside that are.
+
+    Parameters
+    ----------
+    lit : Lit
+    patches : Patches
+    group : ndarray of shape (c,)
+        Smooth group of each mesh corner: what is beside what.
     """
     elements, H = lit.elements, lit.solution.irradiance
     exposed = lit.transport.row_sums() > EXPOSED
-    A = np.where(exposed, elements.area, 0)
-    total = np.bincount(elements.patch, A, len(patches.area))[elements.patch]
-    sums = [np.bincount(elements.patch, A * H[:, k], len(patches.area))[elements.patch] for k in range(3)]
-    hidden = ~exposed & (total > 0)
-    return np.where(hidden[:, None], np.stack(sums, axis=1) / np.maximum(total, 1e-300)[:, None], H)
+    shown = _sums(elements.patch, np.where(exposed, elements.area, 0), H, len(patches.area))
+    at = group[patches.touch_corner]
+    around = _sums(at, np.ones(len(at)), shown[patches.touch_patch], int(np.max(group, initial=-1)) + 1)
+    beside = _sums(patches.touch_patch, np.ones(len(at)), around[at], len(patches.area))
+    light = np.where(shown[:, 3:] > 0, shown, beside)
+    mean = light[:, :3] / np.maximum(light[:, 3:], 1e-300)
+    hidden = ~exposed & (light[elements.patch, 3] > 0)
+    return np.where(hidden[:, None], mean[elements.patch], H)
+
+
+def _sums(at: Int, weight: Float, values: Float, count: int) -> Float:
+    """Add up weighted values with three columns, and in a fourth the weights, or those that the values come with."""
+    last = values[:, 3] if values.shape[1] > 3 else np.ones(len(values))
+    columns = (*values[:, :3].T, last)
+    return np.stack([np.bincount(at, weight * column, count) for column in columns], axis=1)
 
 
 def patch_solution(lit: Lit, patches: Patches) -> Solution:
