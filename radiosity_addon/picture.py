@@ -88,6 +88,10 @@ def _set_up(scene: bpy.types.Scene, path: Path) -> None:
     render.image_settings.file_format = 'PNG'
     render.image_settings.color_mode = 'RGB'
     render.use_compositing = render.use_sequencer = False
+    # Pictures are shown around: they need not tell where the scene lies on whose disk.
+    for name in render.bl_rna.properties.keys():
+        if name.startswith("use_stamp"):
+            setattr(render, name, False)
     cycles.samples, cycles.seed = SAMPLES, 0
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.max_bounces, cycles.transparent_max_bounces = 0, WALLS
