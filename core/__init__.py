@@ -13,13 +13,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .errors import RadiosityError
+    from .exact.view_factors import form_factor_matrix
     from .scene import Scene
     from .settings import Settings
-    from .view_factors import form_factor_matrix
 
 __all__ = ["RadiosityError", "Scene", "Settings", "form_factor_matrix"]
 
-_HOMES = {"RadiosityError": "errors", "Scene": "scene", "Settings": "settings", "form_factor_matrix": "view_factors"}
+_HOMES = {
+    "RadiosityError": "errors",
+    "Scene": "scene",
+    "Settings": "settings",
+    "form_factor_matrix": "exact.view_factors",
+}
 
 
 def __getattr__(name: str) -> Any:

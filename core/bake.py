@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import RadiosityError
+from .facing.sides import Surroundings, choose_sides, island_counts
 from .memory import peak_memory
 from .meshing import Patches, mesh
 from .methods import METHODS, Solved
@@ -17,7 +18,6 @@ from .progress import Progress
 from .report import Report, object_counts, row_sum_range, scene_counts
 from .scene import AUTO, Scene
 from .settings import Settings
-from .sides import Surroundings, choose_sides, island_counts
 from .solution import Solution
 from .visibility import scene_occluders
 

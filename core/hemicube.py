@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .convex_parts import plane_axes
 from .errors import RadiosityError
+from .exact.convex_parts import plane_axes
 from .form_factors import points_to_polygons
 from .lambert import cross
 

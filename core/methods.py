@@ -13,13 +13,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import column_transport
+from .dense.columns import column_transport
 from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
 from .hierarchy.solve import EXPOSED, exposed_irradiance, patch_solution, solve
-from .lamps import direct_light
+from .lighting.lamps import direct_light
 from .meshing import Patches
+from .occlusion.surfaces import occluder_polygons
 from .progress import Progress, T
 from .report import Energy, energy_balance
 from .scene import Scene
@@ -27,7 +28,6 @@ from .settings import Settings
 from .shading import corner_radiance
 from .shooting import shooting
 from .solution import Solution
-from .surfaces import occluder_polygons
 from .transport import MOST_SENT, dense_transport, reciprocity_error
 from .visibility import Occluders
 

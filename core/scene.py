@@ -17,7 +17,7 @@ from .arrays import BoolArray, FloatArray, IntArray, indices, table
 from .errors import RadiosityError
 
 if TYPE_CHECKING:
-    from .lamps import Lamp
+    from .lighting.lamps import Lamp
 
 __all__ = ["AUTO", "BACK", "BOTH", "FARTHEST", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray"]
 __all__ += ["Scene"]

@@ -18,15 +18,15 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .blocks import block
+from .dense.blocks import block
+from .dense.exchange import Exchange, SingleArray, exchange
+from .dense.hemicube_rows import Views, hemicube_rows, hemicube_views
+from .dense.shafts import GROUP_SIZE
 from .errors import RadiosityError
-from .exchange import Exchange, SingleArray, exchange
-from .hemicube_rows import Views, hemicube_rows, hemicube_views
 from .memory import available_memory
 from .meshing import Patches
+from .occlusion.surfaces import Occluding
 from .progress import Progress
-from .shafts import GROUP_SIZE
-from .surfaces import Occluding
 from .visibility import Occluders
 
 FloatArray = NDArray[np.float64]

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .streams import StreamOccluders
-from .surfaces import GROWTH, MARGIN, Occluding, occluder_polygons
+from .occlusion.streams import StreamOccluders
+from .occlusion.surfaces import GROWTH, MARGIN, Occluding, occluder_polygons
 
 if TYPE_CHECKING:
     from .meshing import Patches

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.lamps import AreaLamp, Cone, Lamp, PointLamp, SunLamp
+from ..core.lighting.lamps import AreaLamp, Cone, Lamp, PointLamp, SunLamp
 
 if TYPE_CHECKING:
     Array = NDArray[np.float64]

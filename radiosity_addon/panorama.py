@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from ..core.lamps import Lamp, SkyLamp, SunLamp
+from ..core.lighting.lamps import Lamp, SkyLamp, SunLamp
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
-from ..core.lamps import Lamp
+from ..core.lighting.lamps import Lamp
 from ..core.scene import AUTO, Scene
 from .lamps import read_lamp
 from .materials import Surface, read_material

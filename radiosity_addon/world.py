@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from ..core.lamps import Lamp, SkyLamp
+from ..core.lighting.lamps import Lamp, SkyLamp
 from .panorama import render_sky
 
 if TYPE_CHECKING:

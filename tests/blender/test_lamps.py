@@ -79,7 +79,7 @@ def direct(read, core, floor):
         points = np.array([floor.matrix_world @ vertex.co for vertex in floor.data.vertices])
         normals = np.tile((0.0, 0.0, 1.0), (len(points), 1))
         settings = core("settings").Settings(quality="high")
-        return core("lamps").direct_light(scene, points, normals, settings, occluders), scene
+        return core("lighting.lamps").direct_light(scene, points, normals, settings, occluders), scene
 
     return direct
 

@@ -8,10 +8,10 @@ import pytest
 
 from core.bake import bake
 from core.errors import RadiosityError
+from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings
-from core.surfaces import occluder_polygons
 from core.visibility import BruteForceOccluders
 
 DENSE = ("gathering", "shooting")

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from core import visibility
-from core.surfaces import Occluding
+from core.occlusion.surfaces import Occluding
 from core.visibility import BruteForceOccluders, BVHOccluders, SurfaceOccluders
 
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.blocks import block
-from core.exchange import OF_I, OF_J, exchange
+from core.dense.blocks import block
+from core.dense.exchange import OF_I, OF_J, exchange
+from core.dense.quadrature import gauss_points, spread_points, surface_points, turned_points
+from core.dense.shadows import hidden, hidden_pairs
+from core.dense.shafts import as_blockers, between, compact_groups
 from core.meshing import mesh
-from core.quadrature import gauss_points, spread_points, surface_points, turned_points
+from core.occlusion.surfaces import Occluding
 from core.scene import Scene
-from core.shadows import hidden, hidden_pairs
-from core.shafts import as_blockers, between, compact_groups
-from core.surfaces import Occluding
 from core.visibility import BruteForceOccluders
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)

@@ -15,9 +15,9 @@ from core.hierarchy.receivers import group_receivers
 from core.hierarchy.rows import build_rows, gather, received, stream_rows
 from core.hierarchy.transport import build_scenery, closures, hierarchical_transport
 from core.meshing import mesh
+from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import Scene
-from core.surfaces import occluder_polygons
 from core.transport import dense_transport
 from core.visibility import scene_occluders
 

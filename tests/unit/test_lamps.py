@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from core.lamps import AreaLamp, Cone, PointLamp, SkyLamp, SunLamp, direct_light, lamp_irradiance, scene_reach
+from core.lighting.lamps import AreaLamp, Cone, PointLamp, SkyLamp, SunLamp, direct_light, lamp_irradiance, scene_reach
 from core.meshing import mesh
 from core.scene import Scene
 from core.settings import Settings

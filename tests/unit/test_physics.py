@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from core import form_factor_matrix
-from core.columns import column_transport
+from core.dense.columns import column_transport
 from core.gathering import gathering
 from core.meshing import mesh
+from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import BOTH, Scene
 from core.shading import corner_radiance
 from core.shooting import shooting
-from core.surfaces import occluder_polygons
 from core.transport import DenseTransport, dense_transport
 from core.visibility import scene_occluders
 

@@ -4,12 +4,12 @@
 import numpy as np
 import pytest
 
-from core.islands import islands
-from core.lamps import PointLamp, SkyLamp, SunLamp
+from core.facing.islands import islands
+from core.facing.sides import auto_sides, choose_sides, island_counts
+from core.lighting.lamps import PointLamp, SkyLamp, SunLamp
 from core.meshing import mesh
+from core.occlusion.surfaces import occluder_polygons
 from core.scene import AUTO, BACK, BOTH, FRONT, Scene
-from core.sides import auto_sides, choose_sides, island_counts
-from core.surfaces import occluder_polygons
 from core.visibility import BruteForceOccluders, BVHOccluders
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)

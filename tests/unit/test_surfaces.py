@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.joining import components
 from core.meshing import mesh
+from core.occlusion.joining import components
+from core.occlusion.surfaces import Occluding, never_block, occluder_polygons
+from core.occlusion.trapezoids import trapezoids
 from core.scene import BACK, BOTH, Scene
-from core.surfaces import Occluding, never_block, occluder_polygons
-from core.trapezoids import trapezoids
 
 RIGHT = np.array([1.0, 0.0, 0.0])
 TURN = np.array([[2, 1, 2], [-2, 2, 1], [-1, -2, 2]]) / 3  # a rotation without any axis left in place

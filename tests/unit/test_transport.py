@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core import columns, form_factor_matrix, transport, visible_share
-from core.columns import column_transport
+from core import form_factor_matrix, transport
+from core.dense import columns, visible_share
+from core.dense.columns import column_transport
 from core.errors import RadiosityError
 from core.form_factors import centre_to_centre
 from core.meshing import mesh
+from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import BOTH, Scene
-from core.surfaces import occluder_polygons
 from core.transport import MOST_SENT, dense_transport, reciprocity_error
 from core.visibility import BruteForceOccluders
 

@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from core import form_factor_matrix, visible_exchange
+from core import form_factor_matrix
 from core.errors import RadiosityError
+from core.exact import visible_exchange
 from core.form_factors import point_to_polygon
 
 TOLERANCE = 1e-4

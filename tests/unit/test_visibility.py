@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core import stream_tree, streams, visibility
+from core import visibility
 from core.meshing import mesh
+from core.occlusion import stream_tree, streams
+from core.occlusion.streams import StreamOccluders
+from core.occlusion.surfaces import MARGIN, Occluding, occluder_polygons
 from core.scene import BOTH, Scene
-from core.streams import StreamOccluders
-from core.surfaces import MARGIN, Occluding, occluder_polygons
 from core.visibility import BruteForceOccluders, BVHOccluders, SurfaceOccluders, scene_occluders
 
 TURN = np.array([[2, 1, 2], [-2, 2, 1], [-1, -2, 2]]) / 3

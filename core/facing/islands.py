@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from .scene import IntArray, Scene
+from ..scene import IntArray, Scene
 
 
 def islands(scene: Scene) -> IntArray:

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import RadiosityError
 from .convex_parts import ConvexPart, area_vector, checked_polygons, convex_parts
-from .errors import RadiosityError
 from .part_views import contact_areas, views
 from .visible_exchange import visible_exchange_areas
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import RadiosityError
 from .contour_integral import exchange_areas
 from .convex_parts import area_vector
-from .errors import RadiosityError
 from .hidden_sources import Sights, sights, whole_and_hidden
 from .part_views import View
 from .receiver_cells import halved, receiver_cells, triangle_areas

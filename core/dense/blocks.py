@@ -17,8 +17,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..form_factors import point_to_polygon
 from .exchange import ROUNDING, Exchange, FloatArray, IntArray, SingleArray, meeting
-from .form_factors import point_to_polygon
 from .quadrature import gauss_points
 from .visible_share import visible_share
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .meshing import Patches
+from ..meshing import Patches
+from ..occlusion.surfaces import Occluding
+from ..visibility import Occluders
 from .quadrature import turned_points
 from .shafts import Blockers, as_blockers, compact_groups
-from .surfaces import Occluding
-from .visibility import Occluders
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]

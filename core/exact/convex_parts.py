@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import RadiosityError
-from .triangulation import triangulate
+from ..errors import RadiosityError
+from ..triangulation import triangulate
 
 FloatArray = NDArray[np.float64]
 

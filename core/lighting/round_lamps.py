@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import FloatArray
+from ..arrays import FloatArray
 
 # Directions to the rim of a disc that tell whether the edge of a cone of light is on it.
 _RIM = 8

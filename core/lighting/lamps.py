@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..arrays import FloatArray
+from ..visibility import Occluders
 from .area_lamps import AreaLamp
-from .arrays import FloatArray
 from .round_lamps import Cone, PointLamp, SunLamp
 from .sky import SkyLamp
 from .soft_shadows import visible_share
-from .visibility import Occluders
 
 if TYPE_CHECKING:
-    from .scene import Scene
-    from .settings import Settings
+    from ..scene import Scene
+    from ..settings import Settings
 
 __all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp"]
 __all__ += ["direct_light", "lamp_irradiance", "scene_reach"]

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .hemicube import Hemicube
-from .meshing import Patches
+from ..hemicube import Hemicube
+from ..meshing import Patches
 
 IntArray = NDArray[np.int64]
 SingleArray = NDArray[np.float32]

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene import BACK, Scene
+from ..triangulation import pieces
 from .joining import join
-from .scene import BACK, Scene
-from .triangulation import pieces
 
 if TYPE_CHECKING:
-    from .meshing import Patches
+    from ..meshing import Patches
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..meshing import Patches
+from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, IntArray, Scene
 from .islands import islands
 from .lit_sides import Surroundings, lit_sides
-from .meshing import Patches
-from .scene import AUTO, BACK, BOTH, FRONT, BoolArray, IntArray, Scene
 
 __all__ = ["Surroundings", "auto_sides", "choose_sides", "island_counts"]
 

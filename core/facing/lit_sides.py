@@ -16,10 +16,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .lamps import scene_reach
-from .meshing import Patches
-from .scene import AUTO, BACK, BOTH, FRONT, BoolArray, FloatArray, IntArray, Scene
-from .visibility import Occluders
+from ..lighting.lamps import scene_reach
+from ..meshing import Patches
+from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, FloatArray, IntArray, Scene
+from ..visibility import Occluders
 
 Generator = np.random.Generator
 

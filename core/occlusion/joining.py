@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene import Scene
 from .outlines import Loops, convex, edge_runs, fans, loop_areas, outlines, straightened
-from .scene import Scene
 from .trapezoids import trapezoids
 
 Floats = NDArray[np.float64]

@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..meshing import Patches
+from ..occlusion.surfaces import Occluding
+from ..transport import inverse, limited
+from ..visibility import Occluders
 from .blocks import block
 from .exchange import Exchange, SingleArray, exchange
 from .hemicube_rows import Views, hemicube_rows, hemicube_views
-from .meshing import Patches
-from .surfaces import Occluding
-from .transport import inverse, limited
-from .visibility import Occluders
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -10,8 +10,8 @@ from typing import Protocol
 
 import numpy as np
 
-from .arrays import BoolArray, FloatArray, IntArray
-from .visibility import Occluders
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..visibility import Occluders
 
 # Receivers in a group.
 _GROUP = 16

@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..visibility import Occluders
 from .exchange import ROUNDING, Exchange, FloatArray, IntArray, SingleArray, meeting
 from .quadrature import spread_points, surface_points
 from .shadows import hidden, hidden_pairs
 from .shafts import between
-from .visibility import Occluders
 
 BoolArray = NDArray[np.bool_]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .surfaces import MARGIN, Occluding
+from ..occlusion.surfaces import MARGIN, Occluding
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
