@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ..core.errors import RadiosityError
 from ..core.lighting.lamps import Lamp
 from ..core.scene import AUTO, Scene
+from .face_surfaces import FaceSurfaces, SurfaceReader
 from .lamps import read_lamp
-from .materials import Surface, read_material
 from .rendered import SURFACE_TYPES, left_out, rendered_objects
 from .world import read_world
 
@@ -78,8 +78,7 @@ class _Part:
     corner_vertex: IntArray
     face_start: IntArray
     corner_normals: FloatArray
-    reflectance: FloatArray
-    emission: FloatArray
+    surfaces: int  # its number among those of the `SurfaceReader`
 
 
 def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgraph: bpy.types.Depsgraph) -> Reading:
@@ -106,7 +105,7 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     """
     notes = left_out(depsgraph)
     scale = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
-    surfaces: dict[str, Surface] = {}
+    surfaces = SurfaceReader()
     parts: list[_Part] = []
     targets: list[Target] = []
     lamps: list[Lamp] = []
@@ -130,12 +129,11 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
             f"Scene '{scene.name}' has no mesh with faces that is visible in renders: add a mesh, or enable its render "
             "visibility (the camera icon in the Outliner)"
         )
-    for surface in surfaces.values():
-        notes.extend(surface.warnings)
     names = tuple(target.object_name for target in targets)
-    # Last, as it may render, which makes the depsgraph old.
+    # Last, as these may render, which makes the depsgraph old.
+    materials = surfaces.finish(notes)
     lamps += read_world(scene.world, notes)
-    return Reading(_join(parts, names, lamps, notes), tuple(targets))
+    return Reading(_join(parts, [materials[part.surfaces] for part in parts], names, lamps, notes), tuple(targets))
 
 
 def _read_object(
@@ -143,10 +141,10 @@ def _read_object(
     depsgraph: bpy.types.Depsgraph,
     scale: float,
     first_corner: int,
-    surfaces: dict[str, Surface],
+    surfaces: SurfaceReader,
     notes: list[str],
 ) -> tuple[_Part, Target]:
-    """Read one mesh object; `surfaces` holds the materials read so far."""
+    """Read one mesh object; `surfaces` reads its materials."""
     if obj.mode == 'EDIT':
         # The mesh itself is old while it is edited; this brings it up to date, as saving the file would.
         obj.update_from_editmode()
@@ -183,7 +181,7 @@ def _part(
     obj: bpy.types.Object,
     matrix: FloatArray,
     scale: float,
-    surfaces: dict[str, Surface],
+    surfaces: SurfaceReader,
 ) -> tuple[_Part, IntArray]:
     """Bring a mesh to the world; also return which of its part's corners each corner of the mesh is."""
     corner_vertex, face_start = _topology(mesh)
@@ -203,44 +201,19 @@ def _part(
     # Vertices that no face uses are not a part of any surface, wherever they are.
     used = np.zeros(len(vertices), dtype=bool)
     used[corner_vertex] = True
-    reflectance, emission = _face_surfaces(mesh, obj, surfaces)
     part = _Part(
-        vertices[used], (np.cumsum(used) - 1)[corner_vertex[order]], face_start, normals[order], reflectance, emission
+        vertices[used], (np.cumsum(used) - 1)[corner_vertex[order]], face_start, normals[order], surfaces.add(mesh, obj)
     )
     return part, order  # reversing twice gives the first order again, so it also maps the mesh's corners to the part's
 
 
-def _face_surfaces(
-    mesh: bpy.types.Mesh, obj: bpy.types.Object, surfaces: dict[str, Surface]
-) -> tuple[FloatArray, FloatArray]:
-    """Return reflectance and emission of each face of a mesh."""
-    table = []
-    for material in _materials(mesh, obj):
-        key = "" if material is None else material.name_full
-        if key not in surfaces:
-            surfaces[key] = read_material(material)
-        table.append(surfaces[key])
-    # Like Blender: an index beyond the last slot means the last slot.
-    index = _column(mesh.polygons, "material_index", 1, np.int32).clip(0, len(table) - 1)
-    return (
-        np.stack([surface.reflectance for surface in table])[index],
-        np.stack([surface.emission for surface in table])[index],
-    )
-
-
-def _materials(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> list[bpy.types.Material | None]:
-    """Return the material of each slot, be it linked to mesh or object; one empty slot where there is none."""
-    materials = list(mesh.materials)
-    for index, slot in enumerate(obj.material_slots):
-        if slot.link == 'OBJECT':
-            materials[index : index + 1] = [slot.material]
-    return materials or [None]
-
-
-def _join(parts: list[_Part], names: tuple[str, ...], lamps: list[Lamp], notes: list[str]) -> Scene:
+def _join(
+    parts: list[_Part], surfaces: list[FaceSurfaces], names: tuple[str, ...], lamps: list[Lamp], notes: list[str]
+) -> Scene:
     """Put the parts one after the other into one scene."""
     first_vertex = np.cumsum([0] + [len(part.vertices) for part in parts])
     first_corner = np.cumsum([0] + [len(part.corner_vertex) for part in parts])
+    sizes = [len(part.face_start) - 1 for part in parts]
     return Scene(
         np.concatenate([part.vertices for part in parts]),
         np.concatenate([part.corner_vertex + first for part, first in zip(parts, first_vertex, strict=False)]),
@@ -248,13 +221,13 @@ def _join(parts: list[_Part], names: tuple[str, ...], lamps: list[Lamp], notes: 
             [part.face_start[:-1] + first for part, first in zip(parts, first_corner, strict=False)]
             + [first_corner[-1:]]
         ),
-        np.concatenate([part.reflectance for part in parts]),
-        np.concatenate([part.emission for part in parts]),
+        np.concatenate([surface.reflectance for surface in surfaces]),
+        np.concatenate([surface.emission for surface in surfaces]),
         corner_normals=np.concatenate([part.corner_normals for part in parts]),
-        face_object=np.repeat(np.arange(len(parts)), [len(part.reflectance) for part in parts]),
+        face_object=np.repeat(np.arange(len(parts)), sizes),
         object_names=names,
         lamps=lamps,
-        sides=np.full(sum(len(part.reflectance) for part in parts), AUTO),
+        sides=np.full(sum(sizes), AUTO),
         warnings=notes,
     )
 
