@@ -18,6 +18,7 @@ from .progress import Progress
 from .report import Report, object_counts, row_sum_range, scene_counts
 from .scene import AUTO, Scene
 from .settings import Settings
+from .shading import corner_colours
 from .solution import Solution
 from .visibility import scene_occluders
 
@@ -34,7 +35,10 @@ class Bake:
     Attributes
     ----------
     corner_radiance : ndarray of shape (c, 3)
-        Radiance at each of the scene's c face corners, linear and unclamped [W/(m^2 sr)].
+        Radiance at each of the scene's c face corners that `Settings.light` asks for, linear and unclamped
+        [W/(m^2 sr)].
+    corner_irradiance, corner_direct : ndarray of shape (c, 3)
+        What arrives there, and the part that comes straight from what emits, from lamps and from the sky [W/m^2].
     patches : Patches
         What the surfaces were split into.
     solution : Solution
@@ -44,6 +48,8 @@ class Bake:
     """
 
     corner_radiance: FloatArray
+    corner_irradiance: FloatArray
+    corner_direct: FloatArray
     patches: Patches
     solution: Solution
     report: Report
@@ -93,7 +99,8 @@ def bake(
     solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)
     seconds = {"mesh": meshed - began} | solved.seconds | {"total": time.perf_counter() - began}
     report = _report(scene, patches, settings, solved, seconds)
-    return Bake(solved.corner_radiance, patches, solved.solution, report)
+    colours = corner_colours(scene, solved.corner_irradiance, solved.corner_direct, settings.light)
+    return Bake(colours, solved.corner_irradiance, solved.corner_direct, patches, solved.solution, report)
 
 
 def _require_light(scene: Scene) -> None:

@@ -25,7 +25,7 @@ from .progress import Progress, T
 from .report import Energy, energy_balance
 from .scene import Scene
 from .settings import Settings
-from .shading import corner_radiance
+from .shading import corner_irradiance
 from .shooting import shooting
 from .solution import Solution
 from .transport import MOST_SENT, dense_transport, reciprocity_error
@@ -42,8 +42,8 @@ class Solved:
     ----------
     solution : Solution
         On the n patches.
-    corner_radiance : ndarray of shape (c, 3)
-        Colours of the scene's c corners [W/(m^2 sr)].
+    corner_irradiance, corner_direct : ndarray of shape (c, 3)
+        What arrives at the scene's c corners, and the part of it that is direct light [W/m^2].
     row_sums : ndarray of shape (n,)
         Share of each patch's light that meets a patch, as the form factors say; NaN where not known.
     energy : Energy
@@ -56,7 +56,8 @@ class Solved:
     """
 
     solution: Solution
-    corner_radiance: FloatArray
+    corner_irradiance: FloatArray
+    corner_direct: FloatArray
     row_sums: FloatArray
     energy: Energy
     reciprocity: float | None
@@ -123,16 +124,27 @@ def _hierarchical(
         )
         corners = corner_receivers(scene)
         elements, solution = lit.elements, lit.solution
-        H = exposed_irradiance(lit, patches, corners.group)
+        H = exposed_irradiance(lit, patches, corners.group, solution.irradiance)
+        arriving = lit.transport.gather(patches.emission[elements.patch]) + lit.direct
+        first = exposed_irradiance(lit, patches, corners.group, arriving)
         B = patches.emission[elements.patch] + patches.reflectance[elements.patch] * H
         exposed = lit.transport.row_sums() > EXPOSED
-        H, links, rays = yield from clock.watch(
+        H, first, links, rays = yield from clock.watch(
             final_gather(
-                scene, corners, elements, B, H, exposed, lit.scenery, patches, quality.gather, workers, direct=direct
+                scene,
+                corners,
+                elements,
+                B,
+                H,
+                first,
+                exposed,
+                lit.scenery,
+                patches,
+                quality.gather,
+                workers,
+                direct=direct,
             )
         )
-    face = scene.corner_face
-    colours = (scene.emission[face] + scene.reflectance[face] * H[corners.group]) / np.pi
     # Elements that something stands on see nothing: their rows tell nothing about the others.
     sums = lit.transport.row_sums()
     sums = np.where(sums > COVERED, sums, np.nan)
@@ -147,7 +159,8 @@ def _hierarchical(
     }
     return Solved(
         patch_solution(lit, patches),
-        colours,
+        H[corners.group],
+        first[corners.group],
         np.bincount(elements.patch, share * sums, len(patches.area)),
         energy_balance(elements.area, E, rho, solution, lit.transport.sent()),
         None,
@@ -176,6 +189,7 @@ def _gathering(
             tolerance=settings.tolerance,
         )
     )
+    solution = replace(solution, direct=transport.gather(patches.emission))
     return _interpolated(
         scene, patches, H0, solution, transport.row_sums(), reciprocity, transport.links, transport.rays, clock
     )
@@ -192,7 +206,9 @@ def _shooting(
     most = settings.iterations * len(patches.area)
     H0 = direct_light(scene, patches.centre, patches.normal, settings, occluders)
     E, rho = patches.emission + patches.reflectance * H0, patches.reflectance
-    solution = yield from clock.watch(shooting(transport, E, rho, iterations=most, tolerance=settings.tolerance))
+    solution = yield from clock.watch(
+        shooting(transport, E, rho, iterations=most, tolerance=settings.tolerance, own=patches.emission)
+    )
     sums = transport.row_sums()
     return _interpolated(scene, patches, H0, solution, sums, None, transport.links, transport.rays, clock)
 
@@ -208,10 +224,11 @@ def _interpolated(
     rays: int,
     clock: _Clock,
 ) -> Solved:
-    """Take the colours of the corners from the patches that meet there (T16); `direct` light came from no patch."""
+    """Take the light at the corners from the patches that meet there (T16); `direct` light came from no patch."""
     begun = time.perf_counter()
-    solution = replace(solution, irradiance=solution.irradiance + direct)
-    colours = corner_radiance(scene, patches, solution.irradiance)
+    first = direct if solution.direct is None else solution.direct + direct
+    solution = replace(solution, irradiance=solution.irradiance + direct, direct=first)
+    H, first = (corner_irradiance(scene, patches, light) for light in (solution.irradiance, first))
     spent = clock.seconds
     seconds = {
         "form_factors": spent["form factors"],
@@ -221,7 +238,7 @@ def _interpolated(
     # What arrives from lamps counts as emitted.
     E, rho = patches.emission + direct, patches.reflectance
     energy = energy_balance(patches.area, E, rho, solution, np.minimum(sums, MOST_SENT))
-    return Solved(solution, colours, sums, energy, reciprocity, links, rays, seconds)
+    return Solved(solution, H, first, sums, energy, reciprocity, links, rays, seconds)
 
 
 METHODS: dict[str, Method] = {"hierarchical": _hierarchical, "gathering": _gathering, "shooting": _shooting}

@@ -10,6 +10,7 @@ METHODS = ("hierarchical", "gathering", "shooting")
 FORM_FACTORS = ("exact", "centre", "hemicube")
 QUALITIES = ("preview", "medium", "high", "production")
 SIDES = ("auto", "front", "back")
+LIGHTS = ("combined", "lighting", "direct", "indirect")
 
 DEFAULT_METHOD = "hierarchical"
 
@@ -29,6 +30,11 @@ class Settings:
     sides : str
         What has light, of faces whose sides the scene leaves open: "front", "back", or "auto" for where light can
         reach, which may be both.
+    light : str
+        What the colours tell: "combined", all light that leaves a surface, emitted and reflected; "direct", the part
+        that is emitted, or reflected at once from what emits, lamps and sky; "indirect", the part that was reflected
+        before, combined = direct + indirect; or "lighting", what a white surface there would reflect, to be multiplied
+        with textures.
     max_edge : float or None
         Longest edge that a patch may have [m]; None leaves the mesh as it is.
     subdivide : int
@@ -51,6 +57,7 @@ class Settings:
     form_factors: str = "exact"
     quality: str = "medium"
     sides: str = "auto"
+    light: str = "combined"
     max_edge: float | None = None
     subdivide: int = 1
     iterations: int = 200
@@ -63,6 +70,7 @@ class Settings:
         _check_choice("form factors", self.form_factors, FORM_FACTORS)
         _check_choice("quality", self.quality, QUALITIES)
         _check_choice("sides", self.sides, SIDES)
+        _check_choice("light", self.light, LIGHTS)
         if self.max_edge is not None and not (isfinite(self.max_edge) and self.max_edge > 0.0):
             raise RadiosityError(f"The longest patch edge is {self.max_edge} m: give a length above 0 m, or none.")
         _check_whole("subdivision", self.subdivide, 1)

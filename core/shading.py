@@ -4,7 +4,7 @@
 What is interpolated is the irradiance H, not the colour: a corner takes the mean of H over the patches that meet at
 its vertex, but only those of the same object whose corners there share its normal. Smooth surfaces and flat stretches
 blend, hard edges stay hard, and other surfaces at the same place never bleed. The face's own reflectance and emission
-then give the colour, the radiance L = (E + rho H) / pi.
+then give the colour, such as the radiance L = (E + rho H) / pi.
 """
 
 import numpy as np
@@ -20,8 +20,36 @@ IntArray = NDArray[np.int64]
 SAME_NORMAL = 1e-3
 
 
-def corner_radiance(scene: Scene, patches: Patches, irradiance: FloatArray) -> FloatArray:
-    """Return the colour of every face corner.
+def corner_colours(scene: Scene, irradiance: FloatArray, direct: FloatArray, light: str = "combined") -> FloatArray:
+    """Return the colour of every face corner from the light that arrives there.
+
+    Parameters
+    ----------
+    scene : Scene
+    irradiance : ndarray of shape (c, 3)
+        H at each of the scene's c corners [W/m^2].
+    direct : ndarray of shape (c, 3)
+        The part of it that comes straight from what emits, from lamps and from the sky [W/m^2].
+    light : {"combined", "lighting", "direct", "indirect"}
+        (E + rho H) / pi, H / pi, (E + rho direct) / pi, or rho (H - direct) / pi.
+
+    Returns
+    -------
+    ndarray of shape (c, 3)
+        Radiance L, linear [W/(m^2 sr)].
+    """
+    if light == "lighting":
+        return np.asarray(irradiance / np.pi)
+    face = scene.corner_face
+    E, rho = scene.emission[face], scene.reflectance[face]
+    if light == "indirect":
+        # Rounding must not make darkness negative.
+        return np.asarray(rho * np.maximum(irradiance - direct, 0.0) / np.pi)
+    return np.asarray((E + rho * (direct if light == "direct" else irradiance)) / np.pi)
+
+
+def corner_irradiance(scene: Scene, patches: Patches, irradiance: FloatArray) -> FloatArray:
+    """Return the light that arrives at every face corner.
 
     Parameters
     ----------
@@ -34,16 +62,14 @@ def corner_radiance(scene: Scene, patches: Patches, irradiance: FloatArray) -> F
     Returns
     -------
     ndarray of shape (c, 3)
-        Radiance L of each of the scene's c corners, linear [W/(m^2 sr)].
+        H at each of the scene's c corners [W/m^2].
     """
     place = _places(scene)
     smooth = _groups(place, scene.corner_normals)
     of_group, lit = _means(smooth, patches, irradiance)
     # Corners of faces without patches take what else is lit at their vertex.
     of_place, _ = _means(place, patches, irradiance)
-    H = np.where(lit[smooth][:, None], of_group[smooth], of_place[place])
-    face = scene.corner_face
-    return np.asarray((scene.emission[face] + scene.reflectance[face] * H) / np.pi)
+    return np.where(lit[smooth][:, None], of_group[smooth], of_place[place])
 
 
 def _places(scene: Scene) -> IntArray:

@@ -32,6 +32,7 @@ def shooting(
     *,
     iterations: int,
     tolerance: float,
+    own: FloatArray | None = None,
 ) -> Generator[Progress, None, Solution]:
     """Solve for the light on n patches by shooting.
 
@@ -47,6 +48,9 @@ def shooting(
         Shots at most.
     tolerance : float
         The shooting ends when the unshot energy is not more than this share of the emitted.
+    own : ndarray of shape (n, 3), optional
+        The part of E that is direct light where it arrives, and not light of lamps reflected [W/m^2]; all of it when
+        not given.
 
     Yields
     ------
@@ -61,11 +65,16 @@ def shooting(
     emitted = float((area[:, None] * emission).sum())
     amplified = _ambient_factor(area, reflectance)
     B, unshot, H = emission.copy(), emission.copy(), np.zeros_like(emission)
+    own, direct = (emission if own is None else own).copy(), np.zeros_like(emission)
     left, shots = 1.0 if emitted else 0.0, 0
     while shots < iterations and left > tolerance:
         shots += 1
         j = int(np.argmax(area * unshot.sum(axis=1)))
-        arriving = transport.column(j)[:, None] * unshot[j]
+        column = transport.column(j)[:, None]
+        arriving = column * unshot[j]
+        if own[j].any():
+            direct += column * own[j]
+            own[j] = 0.0
         unshot[j] = 0.0
         reflected = reflectance * arriving
         H += arriving
@@ -76,7 +85,7 @@ def shooting(
         shown = B + reflectance * (on_its_way * amplified)
         done = max(shots / iterations, float(np.log(max(left, 1e-30)) / np.log(max(tolerance, 1e-30))))
         yield Progress(STAGE, min(max(done, 0.0), 1.0), shots, unshot=left, radiosity=shown)
-    return Solution(B, H, shots, left <= tolerance, left)
+    return Solution(B, H, shots, left <= tolerance, left, direct)
 
 
 def _ambient_factor(area: FloatArray, reflectance: FloatArray) -> FloatArray:

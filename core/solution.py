@@ -23,6 +23,8 @@ class Solution:
         Whether the tolerance was met before the iterations ran out.
     residual : float
         Gathering: largest relative change of radiosity in the last sweep. Shooting: unshot over emitted energy.
+    direct : ndarray of shape (n, 3) or None
+        The part of the irradiance that comes straight from what emits [W/m^2], where the solver was asked for it.
     """
 
     radiosity: NDArray[np.float64]
@@ -30,3 +32,4 @@ class Solution:
     iterations: int
     converged: bool
     residual: float
+    direct: NDArray[np.float64] | None = None

@@ -84,6 +84,7 @@ def final_gather(
     elements: Elements,
     radiosity: Float,
     irradiance: Float,
+    first: Float,
     exposed: NDArray[np.bool_],
     scenery: Scenery,
     patches: Patches,
@@ -91,7 +92,7 @@ def final_gather(
     workers: Executor,
     *,
     direct: DirectLight | None = None,
-) -> Generator[Progress, None, tuple[Float, int, int]]:
+) -> Generator[Progress, None, tuple[Float, Float, int, int]]:
     """Gather the light of a solution at the corners.
 
     Parameters
@@ -102,6 +103,8 @@ def final_gather(
     elements : Elements
     radiosity, irradiance : ndarray of shape (n, 3)
         Of the elements [W/m^2].
+    first : ndarray of shape (n, 3)
+        The part of the irradiance that comes straight from what emits, and from lamps [W/m^2].
     exposed : ndarray of shape (n,)
         Elements that nothing stands on.
     scenery : Scenery
@@ -118,14 +121,15 @@ def final_gather(
 
     Returns
     -------
-    irradiance : ndarray of shape (q, 3)
-        At the receivers of `corners` [W/m^2].
+    irradiance, first : ndarray of shape (q, 3)
+        At the receivers of `corners`: all of it, and that part [W/m^2].
     links, rays : int
     """
     receivers = group_receivers(corners.point, corners.normal)
     scale = float(np.max(radiosity, initial=0.0)) or 1.0
-    # A last column of ones adds up the rows.
-    means = node_means(scenery.sources, elements.area, radiosity / scale)
+    # Beside the radiosity what is emitted; a last column of ones adds up the rows.
+    shown = np.column_stack((radiosity, patches.emission[elements.patch])) / scale
+    means = node_means(scenery.sources, elements.area, shown)
     nodes = parted(np.column_stack((means, np.ones(len(means)))), scenery.brightness > BRIGHT)
     single = nodes.astype(np.float32)
     parts, links, rays = [], 0, 0
@@ -137,18 +141,18 @@ def final_gather(
         yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
     gathered = np.concatenate(parts)
     shut = np.repeat(groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first))
-    closure = closures(gathered[:, [3, 7]], shut)
-    lamps, others = (np.zeros((len(corners.point), 3)) for _ in range(2))
+    closure = closures(gathered[:, [6, 13]], shut)
+    lamps, others = (np.zeros((len(corners.point), 6)) for _ in range(2))
     covered = np.zeros(len(corners.point), bool)
-    lamps[receivers.index] = scale * gathered[:, :3]
-    others[receivers.index] = scale * closure[:, None] * gathered[:, 4:7]
-    dark = receivers.index[closed_sum(gathered, closure)[:, 3] < COVERED]
+    lamps[receivers.index] = scale * gathered[:, :6]
+    others[receivers.index] = scale * closure[:, None] * gathered[:, 7:13]
+    dark = receivers.index[closed_sum(gathered, closure)[:, 6] < COVERED]
     covered[dark] = points_shut_in(corners.point[dark], corners.normal[dark], elements.corners, scenery.occluders)
     if direct is not None:
-        lamps += direct(corners.point, corners.normal)
-    light = lamps + smoothed(others, lamps + others, scene, corners.group, covered)
-    _uncover(light, covered, corners, elements, irradiance, exposed, patches)
-    return light, links, rays
+        lamps += np.tile(direct(corners.point, corners.normal), 2)
+    light = lamps + smoothed(others, (lamps + others)[:, :3], scene, corners.group, covered)
+    _uncover(light, covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
+    return light[:, :3], light[:, 3:], links, rays
 
 
 def _need(receivers: Receivers, corners: Corners, patches: Patches, elements: Elements, irradiance: Float) -> Float:
@@ -188,6 +192,6 @@ def _uncover(
     lit = exposed[element]
     at, element = at[lit], element[lit]
     area = np.bincount(at, elements.area[element], len(light))
-    mean = [np.bincount(at, elements.area[element] * irradiance[element, k], len(light)) for k in range(3)]
+    mean = [np.bincount(at, elements.area[element] * channel[element], len(light)) for channel in irradiance.T]
     beside = covered & (area > 0)
     light[beside] = (np.stack(mean, axis=1) / np.maximum(area, 1e-300)[:, None])[beside]

@@ -22,8 +22,8 @@ def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDA
 
     Parameters
     ----------
-    values : ndarray of shape (q, 3)
-        Indirect irradiance at each receiver [W/m^2].
+    values : ndarray of shape (q, k)
+        Indirect irradiance at each receiver in the first three columns, and what is to be blended like it [W/m^2].
     light : ndarray of shape (q, 3)
         All of it: what differences are judged by.
     scene : Scene
@@ -35,7 +35,7 @@ def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDA
 
     Returns
     -------
-    ndarray of shape (q, 3)
+    ndarray of shape (q, k)
     """
     one, other = _edges(scene, group)
     there = ~(covered[one] | covered[other])
@@ -45,14 +45,14 @@ def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDA
     degree = np.bincount(one, minlength=count) + np.bincount(other, minlength=count)
     crowd = np.maximum(degree[one], degree[other])
     for _ in range(_ROUNDS):
-        level = values.mean(axis=1)
+        level = values[:, :3].mean(axis=1)
         apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-300)
         weight = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)
         # Each gives and takes the same, so that no light is made; half of the way, so that nothing swings.
         share = weight / crowd
         flow = (0.5 * share)[:, None] * (values[other] - values[one])
         values = values + np.stack(
-            [np.bincount(one, flow[:, k], count) - np.bincount(other, flow[:, k], count) for k in range(3)], axis=1
+            [np.bincount(one, part, count) - np.bincount(other, part, count) for part in flow.T], axis=1
         )
     return values
 

@@ -115,7 +115,7 @@ def typical_irradiance(elements: Elements, irradiance: Float) -> float:
     return float(elements.area @ irradiance.mean(axis=1) / elements.area.sum())
 
 
-def exposed_irradiance(lit: Lit, patches: Patches, group: Int) -> Float:
+def exposed_irradiance(lit: Lit, patches: Patches, group: Int, irradiance: Float) -> Float:
     """Return the irradiance that elements show, shape (n, 3) [W/m^2].
 
     An element whose middle is under something else may still reach out from below: what shows of it is lit as the rest
@@ -127,8 +127,10 @@ def exposed_irradiance(lit: Lit, patches: Patches, group: Int) -> Float:
     patches : Patches
     group : ndarray of shape (c,)
         Smooth group of each mesh corner: what is beside what.
+    irradiance : ndarray of shape (n, 3)
+        What arrives at the elements, all of it or a part [W/m^2].
     """
-    elements, H = lit.elements, lit.solution.irradiance
+    elements, H = lit.elements, irradiance
     exposed = lit.transport.row_sums() > EXPOSED
     shown = _sums(elements.patch, np.where(exposed, elements.area, 0), H, len(patches.area))
     at = group[patches.touch_corner]

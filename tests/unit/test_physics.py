@@ -7,16 +7,18 @@ import pytest
 from core import form_factor_matrix
 from core.dense.columns import column_transport
 from core.gathering import gathering
+from core.lighting.lamps import PointLamp
 from core.meshing import mesh
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import BOTH, Scene
-from core.shading import corner_radiance
+from core.shading import corner_colours, corner_irradiance
 from core.shooting import shooting
 from core.transport import DenseTransport, dense_transport
 from core.visibility import scene_occluders
 
 METHODS = ("gathering", "shooting")
+FLOOR, CEILING = 0, 1  # of a box
 STEFAN_BOLTZMANN = 5.670374419e-8  # [W m^-2 K^-4]
 
 # How far what a patch receives in a furnace may be off: in the mean and anywhere, for each kernel. What a hemicube sees
@@ -103,7 +105,8 @@ def test_in_a_furnace_everything_is_equally_bright(transports, enclosure, name, 
     # An error of each bounce grows as the light itself does.
     assert np.average(solution.irradiance[:, 0], weights=patches.area) == pytest.approx(bright, rel=in_mean * bright)
     assert solution.irradiance == pytest.approx(bright, rel=anywhere * bright)
-    corners = corner_radiance(scene, patches, solution.irradiance)
+    H = corner_irradiance(scene, patches, solution.irradiance)
+    corners = corner_colours(scene, H, H)
     assert corners == pytest.approx(bright / np.pi, rel=1e-6 + rho * anywhere * bright)
 
 
@@ -113,6 +116,8 @@ def test_a_furnace_from_scene_to_colours(cube, light, method):
     expected = np.broadcast_to(2.0 / (1.0 - np.array([0.2, 0.5, 0.8])) / np.pi, (24, 3))
     np.testing.assert_allclose(bake.corner_radiance, expected, rtol=3e-4)
     assert bake.report.row_sum.min == pytest.approx(1.0, abs=2e-4)
+    # Once from everywhere, before any bounce.
+    np.testing.assert_allclose(bake.corner_direct, 2.0, rtol=3e-4)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -208,3 +213,25 @@ def test_methods_and_channels_agree(enclosure, light, method):
     one = light(enclosure("block that floats", (0.7, 0.3, 0.5), emission), method="gathering", tolerance=1e-7)
     other = light(enclosure("block that floats", (0.3, 0.5, 0.7), emission), method=method, tolerance=1e-7)
     np.testing.assert_allclose(other.corner_radiance[:, [2, 0, 1]], one.corner_radiance, rtol=3e-4, atol=1e-7)
+
+
+@pytest.mark.parametrize("method", [*METHODS, "hierarchical"])
+def test_light_is_direct_or_has_bounced(box, light, method):
+    emission = np.zeros((12, 3))
+    emission[CEILING] = (1.0, 2.0, 3.0)
+    room = [*box(), *box((0.3, 0.3, 0.3), (0.2, 0.2, 0.01), inward=False)]
+    lamp = PointLamp("bulb", np.full(3, 0.1), np.array((0.8, 0.8, 0.5)))
+
+    def lit(rho, kind="combined"):
+        scene = Scene.from_polygons(room, rho, emission, divisions=np.full(12, 2), lamps=[lamp])
+        return light(scene, method=method, light=kind)
+
+    black, grey = lit(0.0), lit(0.6)
+    np.testing.assert_allclose(black.corner_direct, black.corner_irradiance, rtol=1e-5, atol=1e-9)
+    assert (grey.corner_direct <= grey.corner_irradiance * (1 + 1e-6)).all()
+    # What comes first does not depend on what comes after it.
+    floor = slice(4 * FLOOR, 4 * FLOOR + 4)
+    np.testing.assert_allclose(grey.corner_direct[floor].mean(0), black.corner_direct[floor].mean(0), rtol=0.02)
+    assert (grey.corner_direct[floor] < 0.9 * grey.corner_irradiance[floor]).all()
+    parts = lit(0.6, "direct").corner_radiance + lit(0.6, "indirect").corner_radiance
+    np.testing.assert_allclose(parts, grey.corner_radiance, rtol=1e-5)

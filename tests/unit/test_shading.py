@@ -6,7 +6,8 @@ import pytest
 
 from core.meshing import mesh
 from core.scene import Scene
-from core.shading import corner_radiance
+from core.settings import LIGHTS
+from core.shading import corner_colours, corner_irradiance
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 
@@ -23,7 +24,8 @@ def row_of_squares(count, bend=0.0):
 
 def shade(scene, irradiance, **meshing):
     patches = mesh(scene, **meshing)
-    return corner_radiance(scene, patches, irradiance(patches) if callable(irradiance) else irradiance)
+    H = corner_irradiance(scene, patches, irradiance(patches) if callable(irradiance) else irradiance)
+    return corner_colours(scene, H, np.zeros_like(H))
 
 
 def grey(values):
@@ -33,7 +35,7 @@ def grey(values):
 def test_even_light_gives_even_radiance(cube):
     scene = cube(reflectance=(0.2, 0.5, 0.9), emission=0.3, divisions=3)
     patches = mesh(scene)
-    radiance = corner_radiance(scene, patches, np.full((len(patches.area), 3), 2.0))
+    radiance = shade(scene, np.full((len(patches.area), 3), 2.0))
     np.testing.assert_allclose(radiance, np.broadcast_to((0.3 + 2.0 * np.array([0.2, 0.5, 0.9])) / np.pi, (24, 3)))
 
 
@@ -95,4 +97,16 @@ def test_the_side_that_is_shown_lights_the_corners(sides):
     scene = Scene.from_polygons([SQUARE], 0.5, sides=[sides])
     patches = mesh(scene)
     irradiance = grey(np.where(patches.side > 0, 1.0, 7.0))
-    np.testing.assert_allclose(np.pi * corner_radiance(scene, patches, irradiance), 3.5 if sides == 2 else 0.5)
+    np.testing.assert_allclose(np.pi * shade(scene, irradiance), 3.5 if sides == 2 else 0.5)
+
+
+def test_each_kind_of_colour_is_its_part_of_the_light():
+    paint = [(0.8, 0.5, 0.0), (0.1, 0.2, 0.3)]
+    scene = Scene.from_polygons([SQUARE, SQUARE + (5, 0, 0)], paint, [(0, 0, 0), (2, 3, 4)])
+    H, direct = np.random.default_rng(1).uniform(1, 2, (8, 3)), np.random.default_rng(2).uniform(0, 1, (8, 3))
+    kinds = {light: corner_colours(scene, H, direct, light) for light in LIGHTS}
+    rho, E = scene.reflectance[scene.corner_face], scene.emission[scene.corner_face]
+    np.testing.assert_allclose(kinds["combined"], kinds["direct"] + kinds["indirect"], rtol=1e-14)
+    np.testing.assert_allclose(kinds["combined"], rho * kinds["lighting"] + E / np.pi, rtol=1e-14)
+    np.testing.assert_allclose(kinds["direct"], (E + rho * direct) / np.pi, rtol=1e-14)
+    assert (corner_colours(scene, direct, H, "indirect") == 0.0).all()
