@@ -107,7 +107,7 @@ def _require_light(scene: Scene) -> None:
     """Refuse scenes that would only be black."""
     if not scene.live.any():
         raise RadiosityError("There is nothing to light: add a mesh object with faces")
-    if not scene.lamps and not scene.emission[scene.live].any():
+    if not scene.lamps and not scene.emission[scene.live & scene.emits].any():
         raise RadiosityError("There is no light: give a material emission, or add a lamp or a world that is not black")
 
 

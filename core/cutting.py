@@ -91,7 +91,7 @@ def grid(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: int) ->
     whole : Pieces
         Their convex parts.
     max_edge : float or None
-        Longest edge of a patch [m].
+        Longest edge of a patch [m], where the face has none of its own.
     subdivide : int
         Factor on the divisions.
 
@@ -104,9 +104,11 @@ def grid(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: int) ->
     least = np.minimum(scene.divisions[whole.face] * factor, PARTS_LIMIT).astype(np.int64)
     none = np.zeros(len(least), dtype=bool)
     plain = Grid(whole.points(scene), whole.corner, whole.face, least, least, whole.triangle, none)
-    if max_edge is None:
+    longest = _longest(scene, max_edge)[whole.face]
+    if np.all(np.isinf(longest)):
         return plain
-    parts = [_quads(plain.take(~plain.similar), max_edge), *_triangles(plain.take(plain.similar), max_edge)]
+    quad, triangle = ~plain.similar, plain.similar
+    parts = [_quads(plain.take(quad), longest[quad]), *_triangles(plain.take(triangle), longest[triangle])]
     joined = Grid(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Grid)))
     return joined.take(np.argsort(joined.face, kind="stable"))
 
@@ -127,7 +129,8 @@ def check_count(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: 
     name, limit = scene.object_names[most], PATCH_LIMIT
     start = f"Object '{name}' would be cut into {counts[most]:,.0f} patches ({total:,.0f} in all, {limit:,} at most): "
     if max_edge is None or np.sum(_per_object(scene, grid(scene, whole, None, subdivide))) > limit:
-        raise RadiosityError(f"{start}take fewer divisions or a smaller subdivision")
+        own = ", or larger patches of its own" if np.any(np.isfinite(scene.max_edge)) else ""
+        raise RadiosityError(f"{start}take fewer divisions or a smaller subdivision{own}")
     # Between the edge asked for, too short, and the longest edge there is, which leaves every piece whole.
     short, fits = max_edge, float(np.max(_edges(whole.points(scene))))
     while fits > 1.05 * short:
@@ -182,21 +185,26 @@ def _edges(points: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2), dtype=np.float64)
 
 
-def _parts(length: FloatArray, max_edge: float, least: IntArray) -> IntArray:
-    """Return into how many parts an edge is cut."""
+def _longest(scene: Scene, max_edge: float | None) -> FloatArray:
+    """Return how long the edges of each face's patches may be, shape (f,) [m]; infinite for any length."""
+    return np.where(np.isnan(scene.max_edge), np.inf if max_edge is None else max_edge, scene.max_edge)
+
+
+def _parts(length: FloatArray, max_edge: FloatArray, least: IntArray) -> IntArray:
+    """Return into how many parts edges are cut."""
     # An edge that is an exact multiple must not gain a part by rounding.
     parts = np.ceil(np.minimum(length / max_edge * (1 - 1e-9), PARTS_LIMIT))
     return np.maximum(parts.astype(np.int64), least)
 
 
-def _quads(quads: Grid, max_edge: float) -> Grid:
+def _quads(quads: Grid, max_edge: FloatArray) -> Grid:
     """Return quads with rows and columns for their longer opposite edges: a neighbour's edge is mostly cut alike."""
-    parts = _parts(_edges(quads.points), max_edge, quads.rows[:, None])
+    parts = _parts(_edges(quads.points), max_edge[:, None], quads.rows[:, None])
     rows, columns = np.maximum(parts[:, 0], parts[:, 2]), np.maximum(parts[:, 1], parts[:, 3])
     return Grid(quads.points, quads.corner, quads.face, rows, columns, quads.similar, quads.fan)
 
 
-def _triangles(triangles: Grid, max_edge: float) -> list[Grid]:
+def _triangles(triangles: Grid, max_edge: FloatArray) -> list[Grid]:
     """Return triangles as similar ones, as fans, or as two fans, whichever takes clearly the fewest patches."""
     # Turn every triangle so that its longest edge is the first.
     longest = np.argmax(_edges(triangles.points[:, :3]), axis=1)
@@ -204,7 +212,7 @@ def _triangles(triangles: Grid, max_edge: float) -> list[Grid]:
     points = np.take_along_axis(triangles.points, turn[:, :, None], axis=1)
     corner = np.take_along_axis(triangles.corner, turn, axis=1)
     least = triangles.rows
-    parts = _parts(_edges(points), max_edge, least[:, None])
+    parts = _parts(_edges(points), max_edge[:, None], least[:, None])
     a, b, c = points[:, 0], points[:, 1], points[:, 2]
     along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
     foot = a + along * np.sum((c - a) * along, axis=1, keepdims=True)

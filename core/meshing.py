@@ -35,7 +35,7 @@ class Patches:
     side : ndarray of shape (p,)
         1 on the front of the face, -1 on its back.
     reflectance, emission : ndarray of shape (p, 3)
-        Of the face: rho, and exitance E [W/m^2].
+        Of the face: rho, and exitance E [W/m^2]; zero where the face does not light others with it.
     touch_corner, touch_patch : ndarray of shape (k,)
         Pairs of a mesh corner (index into `Scene.corner_vertex`) and a patch that has it as a corner of its own, on the
         front of the face unless only the back radiates. Sorted by corner; every corner of a live face has one.
@@ -61,7 +61,7 @@ def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> 
     scene : Scene
         The polygons; every edge is cut into at least `divisions` * `subdivide` parts (T12).
     max_edge : float, optional
-        No edge of a patch may be longer [m].
+        No edge of a patch may be longer [m], but for faces with a length of their own.
     subdivide : int
         Factor on the scene's own divisions.
 
@@ -112,8 +112,8 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
         area=area[source],
         face=face,
         side=side,
-        reflectance=scene.reflectance[face],
-        emission=scene.emission[face],
+        reflectance=np.where(scene.reflects[face, None], scene.reflectance[face], 0.0),
+        emission=np.where(scene.emits[face, None], scene.emission[face], 0.0),
         touch_corner=touch_corner[order],
         touch_patch=touch_patch[order],
     )

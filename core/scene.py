@@ -61,6 +61,12 @@ class Scene:
         face blocks light from both sides.
     divisions : ndarray of shape (f,)
         Patches along one row of the face (n of T12).
+    max_edge : ndarray of shape (f,)
+        Longest edge of the face's patches [m], in place of the bake's; NaN leaves it to the bake.
+    occludes, shades : ndarray of shape (f,)
+        Whether the face blocks the light of other faces, and that of lamps and the sky.
+    reflects, emits : ndarray of shape (f,)
+        Whether what the face reflects and emits lights others; its own colours show it anyway.
     lamps : tuple of Lamp
         Lamps and sky: light that comes from no face.
     warnings : tuple of str
@@ -77,6 +83,11 @@ class Scene:
     object_names: tuple[str, ...]
     sides: NDArray[np.uint8]
     divisions: IntArray
+    max_edge: FloatArray
+    occludes: BoolArray
+    shades: BoolArray
+    reflects: BoolArray
+    emits: BoolArray
     lamps: tuple["Lamp", ...]
     warnings: tuple[str, ...]
 
@@ -93,6 +104,11 @@ class Scene:
         object_names: Sequence[str] = ("Scene",),
         sides: ArrayLike | None = None,
         divisions: ArrayLike | None = None,
+        max_edge: ArrayLike | None = None,
+        occludes: ArrayLike | None = None,
+        shades: ArrayLike | None = None,
+        reflects: ArrayLike | None = None,
+        emits: ArrayLike | None = None,
         lamps: Sequence["Lamp"] = (),
         warnings: Sequence[str] = (),
     ) -> None:
@@ -129,6 +145,10 @@ class Scene:
         self._keep("divisions", indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
         self._keep("lamps", tuple(lamps))
         self._refuse(self.divisions < 1, "divisions must be 1 or more")
+        self._keep("max_edge", _one_each("max_edge", _or(max_edge, np.full(n_faces, np.nan)), n_faces))
+        self._refuse(~(np.isnan(self.max_edge) | (self.max_edge > 0)), "max_edge must be a length above zero")
+        for name, part in {"occludes": occludes, "shades": shades, "reflects": reflects, "emits": emits}.items():
+            self._keep(name, _one_each(name, _or(part, np.ones(n_faces)), n_faces).astype(np.bool_))
         self._keep("corner_normals", self._checked_normals(corner_normals))
 
         for name, count in self._per_object(~self.live):
@@ -278,6 +298,14 @@ class Scene:
 def _faces(count: int) -> str:
     """Return a count of faces in words."""
     return f"{count} face" if count == 1 else f"{count} faces"
+
+
+def _one_each(name: str, values: ArrayLike, length: int) -> FloatArray:
+    """Return one number for each face; NaN is one, too."""
+    numbers = np.array(values, dtype=np.float64)
+    if numbers.shape != (length,):
+        raise RadiosityError(f"{name} must have one value for each of the {length} faces")
+    return numbers
 
 
 def _or(values: ArrayLike | None, default: ArrayLike) -> ArrayLike:

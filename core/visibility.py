@@ -68,7 +68,15 @@ def scene_occluders(scene: Scene, patches: Patches) -> SurfaceOccluders:
     -------
     SurfaceOccluders
     """
-    return SurfaceOccluders(occluder_polygons(scene, patches))
+    found = SurfaceOccluders(occluder_polygons(scene, patches))
+    if not np.array_equal(scene.occludes, scene.shades):
+        found.for_lamps = SurfaceOccluders(occluder_polygons(scene, patches, scene.shades))
+    return found
+
+
+def lamp_occluders(occluders: Occluders) -> Occluders:
+    """Return what blocks the light of lamps where the light between surfaces is blocked by `occluders`."""
+    return occluders.for_lamps or occluders if isinstance(occluders, SurfaceOccluders) else occluders
 
 
 class SurfaceOccluders:
@@ -78,9 +86,15 @@ class SurfaceOccluders:
     ----------
     occluding : Occluding
         Surfaces that block.
+
+    Attributes
+    ----------
+    for_lamps : SurfaceOccluders or None
+        What blocks the light of lamps, where that is something else.
     """
 
     def __init__(self, occluding: Occluding) -> None:
+        self.for_lamps: SurfaceOccluders | None = None
         count = len(occluding.triangles)
         self._single: BVHOccluders | BruteForceOccluders
         try:

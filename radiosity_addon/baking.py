@@ -100,7 +100,7 @@ def bake_scene(
 
 def _require_light(scene: Scene) -> None:
     """Refuse a scene that would only be black, in the words of Blender's interface."""
-    if not scene.lamps and not scene.emission[scene.live].any():
+    if not scene.lamps and not scene.emission[scene.live & scene.emits].any():
         raise RadiosityError(
             "Nothing that renders emits light: give a material an Emission Strength above 0 (Principled BSDF, "
             "Emission), add a light, or let the world shine"

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..lighting.lamps import scene_reach
 from ..meshing import Patches
 from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, FloatArray, IntArray, Scene
-from ..visibility import Occluders
+from ..visibility import Occluders, lamp_occluders
 
 Generator = np.random.Generator
 
@@ -193,7 +193,7 @@ class _Search:
             place, normal = points.place[which], points.normal[which]
             way, length, gain = lamp.sample(place, normal, u[which], v[which])
             end = place + np.minimum(length, self._reach)[:, None] * way
-            clear = ~self._occluders.blocked(place, end)
+            clear = ~lamp_occluders(self._occluders).blocked(place, end)
             # Light that nothing blocks is in every solid; there it is not looked for.
             clear |= (points.node[which] % 2 == 0) & (not lamp.shadows)
             found[which] = clear & (gain > 0 if gain.ndim == 1 else gain.any(axis=1))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import FloatArray
-from ..visibility import Occluders
+from ..visibility import Occluders, lamp_occluders
 from .area_lamps import AreaLamp
 from .round_lamps import Cone, PointLamp, SunLamp
 from .sky import SkyLamp
@@ -99,7 +99,7 @@ def direct_light(
         Irradiance H [W/m^2].
     """
     rays, reach = _RAYS[settings.quality], scene_reach(scene)
-    return lamp_irradiance(scene.lamps, points, normals, occluders, rays=rays, reach=reach)
+    return lamp_irradiance(scene.lamps, points, normals, lamp_occluders(occluders), rays=rays, reach=reach)
 
 
 def scene_reach(scene: "Scene") -> float:

@@ -71,7 +71,7 @@ class Occluding:
         return float(np.linalg.norm(span)) or 1.0
 
 
-def occluder_polygons(scene: Scene, patches: Patches) -> Occluding:
+def occluder_polygons(scene: Scene, patches: Patches, blocking: Bools | None = None) -> Occluding:
     """Return the surfaces of a scene that block light.
 
     Parameters
@@ -80,21 +80,25 @@ def occluder_polygons(scene: Scene, patches: Patches) -> Occluding:
         Faces without area block nothing.
     patches : Patches
         How the faces are meshed; non-planar quads block as their patches do.
+    blocking : ndarray of shape (f,), optional
+        The faces that block; `Scene.occludes` when not given.
 
     Returns
     -------
     Occluding
-        Its union is the union of the faces.
+        Its union is the union of the faces that block.
     """
+    blocking = scene.occludes if blocking is None else blocking
     used = scene.vertices[scene.corner_vertex]
     diagonal = float(np.linalg.norm(np.ptp(used, axis=0))) if len(used) else 1.0
-    flat = scene.live & (_off_plane(scene) <= PLANAR * diagonal)
+    flat = scene.live & blocking & (_off_plane(scene) <= PLANAR * diagonal)
     joined = join(scene, flat, diagonal)
     whole = pieces(scene)
-    bent = _bent(scene, patches, whole.face[~whole.triangle & ~flat[whole.face]])
+    part = blocking[whole.face]
+    bent = _bent(scene, patches, whole.face[part & ~whole.triangle & ~flat[whole.face]])
 
     # Everything as quads over one list of vertices; a triangle repeats its last corner.
-    alone = ~joined.done[whole.face] & (whole.triangle | flat[whole.face])
+    alone = part & ~joined.done[whole.face] & (whole.triangle | flat[whole.face])
     cells = patches.corners[bent]
     # All towards the front of the face, like everything else.
     cells[patches.side[bent] < 0] = cells[patches.side[bent] < 0][:, ::-1]
