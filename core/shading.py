@@ -72,6 +72,48 @@ def corner_irradiance(scene: Scene, patches: Patches, irradiance: FloatArray) ->
     return np.where(lit[smooth][:, None], of_group[smooth], of_place[place])
 
 
+def corner_angles(scene: Scene) -> FloatArray:
+    """Return the angle of the face at each corner of a scene, shape (c,) [rad]; 0 at an edge without length.
+
+    As weights they make a vertex's mean independent of how its faces are cut into triangles.
+    """
+    corner = np.arange(len(scene.corner_vertex))
+    following, previous = corner + 1, corner - 1
+    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
+    previous[scene.face_start[:-1]] = scene.face_start[1:] - 1
+    position = scene.vertices[scene.corner_vertex]
+    ahead, behind = position[following] - position, position[previous] - position
+    sine = np.linalg.norm(np.cross(ahead, behind), axis=1)
+    return np.asarray(np.arctan2(sine, np.einsum("ij,ij->i", ahead, behind)))
+
+
+def vertex_means(colours: FloatArray, weight: FloatArray, corner_vertex: NDArray[np.int64], count: int) -> FloatArray:
+    """Average the colours of the corners at each vertex.
+
+    Parameters
+    ----------
+    colours : ndarray of shape (c, 3)
+        One for each corner.
+    weight : ndarray of shape (c,)
+        Weight of each corner, not negative.
+    corner_vertex : ndarray of shape (c,)
+        Vertex of each corner.
+    count : int
+        Number of vertices.
+
+    Returns
+    -------
+    ndarray of shape (count, 3)
+        Black at vertices without faces.
+    """
+    total = np.bincount(corner_vertex, weight, count)
+    # Where all angles are 0 the corners count alike.
+    weight = np.where(total[corner_vertex] > 0.0, weight, 1.0)
+    total = np.bincount(corner_vertex, weight, count)
+    sums = np.stack([np.bincount(corner_vertex, weight * channel, count) for channel in colours.T], axis=1)
+    return sums / np.maximum(total, np.finfo(float).tiny)[:, None]
+
+
 def _places(scene: Scene) -> IntArray:
     """Return for each corner a number that it shares with the corners of the same object at the same vertex."""
     key = scene.face_object[scene.corner_face] * max(1, len(scene.vertices)) + scene.corner_vertex

@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
 from ..core.scene import Scene
+from ..core.shading import corner_angles, vertex_means
+from .destination import BYTE, Destination
 from .scene_reader import Target
 
 if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
-DATA_TYPE = 'FLOAT_COLOR'
-DOMAINS = ('CORNER', 'POINT')
 OWN_UNDO = {'EDIT', 'SCULPT', 'TEXTURE_PAINT'}
-LONGEST_NAME = 63  # bytes: what Blender 4.2 keeps of a name
+# Bytes hold up to 1; what rounds to that is not cut off.
+_WHITE = 1.0 + 0.5 / 255.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,31 +33,28 @@ class Plan:
 
     Attributes
     ----------
-    attribute, domain : str
-        The name of the attribute and what carries a color, 'CORNER' or 'POINT'.
+    destination : Destination
+        The attribute.
     targets : tuple of Target
         What is written, each mesh once.
     warnings : tuple of str
         What is not written, and why.
     """
 
-    attribute: str
-    domain: str
+    destination: Destination
     targets: tuple[Target, ...]
     warnings: tuple[str, ...]
 
 
-def plan_writing(targets: tuple[Target, ...], attribute: str, domain: str) -> Plan:
+def plan_writing(targets: tuple[Target, ...], destination: Destination) -> Plan:
     """Decide which meshes get the attribute, before anything is computed.
 
     Parameters
     ----------
     targets : tuple of Target
         The meshes that were read.
-    attribute : str
-        Name of the color attribute.
-    domain : {'CORNER', 'POINT'}
-        What carries a color.
+    destination : Destination
+        The attribute to write.
 
     Returns
     -------
@@ -67,15 +65,8 @@ def plan_writing(targets: tuple[Target, ...], attribute: str, domain: str) -> Pl
     Raises
     ------
     RadiosityError
-        When the name or the domain cannot be used, or no mesh can be written.
+        When no mesh can be written.
     """
-    if domain not in DOMAINS:
-        raise RadiosityError(f"The domain cannot be {domain!r}: give one of {', '.join(DOMAINS)}")
-    size = len(attribute.encode())
-    if not attribute or size > LONGEST_NAME:
-        raise RadiosityError(
-            f"The attribute's name has {size} bytes: give one of 1 to {LONGEST_NAME} bytes, such as 'Radiosity'"
-        )
     meshes, groups = _meshes_by_uid(), _vertex_groups()
     writable: list[Target] = []
     warnings: list[str] = []
@@ -84,16 +75,13 @@ def plan_writing(targets: tuple[Target, ...], attribute: str, domain: str) -> Pl
         users.setdefault(target.mesh_uid, []).append(target.object_name)
         if len(users[target.mesh_uid]) > 1:
             continue
-        if not meshes[target.mesh_uid].is_editable:
-            warnings.append(
-                f"Mesh '{target.mesh_name}' of object '{target.object_name}' is linked from a library and gets no "
-                "colors; make it local (Object > Relations > Make Local)"
-            )
-            continue
-        _check_name(meshes[target.mesh_uid], target, attribute, groups)
-        writable.append(target)
+        obstacle = _obstacle(meshes[target.mesh_uid], target, destination.attribute, groups)
+        if obstacle is None:
+            writable.append(target)
+        else:
+            warnings.append(obstacle)
     if not writable:
-        raise RadiosityError("All meshes are linked from a library, so no colors can be stored: make one local first")
+        raise RadiosityError(f"No mesh can take the colors: {warnings[0] if warnings else 'there is none'}")
     for target in writable:
         names = users[target.mesh_uid]
         if len(names) > 1:
@@ -102,10 +90,10 @@ def plan_writing(targets: tuple[Target, ...], attribute: str, domain: str) -> Pl
                 f"Mesh '{target.mesh_name}' is shared by {len(names)} objects and gets the colors of "
                 f"'{names[0]}', not of {shown}; make them single-user to light each"
             )
-    return Plan(attribute, domain, tuple(writable), tuple(warnings))
+    return Plan(destination, tuple(writable), tuple(warnings))
 
 
-def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> None:
+def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> list[str]:
     """Store the colors on all meshes of a plan and make the attribute active for display and render.
 
     Parameters
@@ -116,6 +104,11 @@ def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> No
         The scene that was lit.
     corner_radiance : ndarray of shape (c, 3)
         Linear radiance at each corner of `scene`; stored with alpha 1.
+
+    Returns
+    -------
+    list of str
+        What was lost.
 
     Raises
     ------
@@ -128,56 +121,34 @@ def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> No
     meshes, groups = _meshes_by_uid(), _vertex_groups()
     for target in plan.targets:
         _check_unchanged(meshes.get(target.mesh_uid), target)
-        _check_name(meshes[target.mesh_uid], target, plan.attribute, groups)
+        obstacle = _obstacle(meshes[target.mesh_uid], target, plan.destination.attribute, groups)
+        if obstacle is not None:
+            raise RadiosityError(f"{obstacle}; nothing was written")
     _leave_modes_with_own_undo()
-    weight = corner_angles(scene) if plan.domain == 'POINT' else None
+    weight = corner_angles(scene) if plan.destination.domain == 'POINT' else None
+    clipped = total = 0
     for target in plan.targets:
         colors = corner_radiance[target.scene_corner]
         if weight is not None:
             colors = vertex_means(colors, weight[target.scene_corner], target.corner_vertex, target.vertex_count)
-        _store(meshes[target.mesh_uid], plan.attribute, plan.domain, colors)
+        store_colors(meshes[target.mesh_uid], plan.destination, colors)
+        clipped, total = clipped + too_bright(colors), total + len(colors)
+    return byte_warnings(plan.destination, clipped, total)
 
 
-def corner_angles(scene: Scene) -> FloatArray:
-    """Return the angle of the face at each corner of a scene, shape (c,) [rad]; 0 at an edge without length.
-
-    As weights they make a vertex's mean independent of how its faces are cut into triangles.
-    """
-    corner = np.arange(len(scene.corner_vertex))
-    following, previous = corner + 1, corner - 1
-    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
-    previous[scene.face_start[:-1]] = scene.face_start[1:] - 1
-    position = scene.vertices[scene.corner_vertex]
-    ahead, behind = position[following] - position, position[previous] - position
-    sine = np.linalg.norm(np.cross(ahead, behind), axis=1)
-    return np.arctan2(sine, np.einsum("ij,ij->i", ahead, behind))
+def too_bright(colors: FloatArray) -> int:
+    """Return how many colors bytes cannot hold."""
+    return int(np.count_nonzero((colors > _WHITE).any(axis=1)))
 
 
-def vertex_means(colors: FloatArray, weight: FloatArray, corner_vertex: NDArray[np.int64], count: int) -> FloatArray:
-    """Average the colors of the corners at each vertex.
-
-    Parameters
-    ----------
-    colors : ndarray of shape (c, 3)
-        One for each corner.
-    weight : ndarray of shape (c,)
-        Weight of each corner, not negative.
-    corner_vertex : ndarray of shape (c,)
-        Vertex of each corner.
-    count : int
-        Number of vertices.
-
-    Returns
-    -------
-    ndarray of shape (count, 3)
-        Black at vertices without faces.
-    """
-    total = np.bincount(corner_vertex, weight, count)
-    # Where all angles are 0 the corners count alike.
-    weight = np.where(total[corner_vertex] > 0.0, weight, 1.0)
-    total = np.bincount(corner_vertex, weight, count)
-    sums = np.stack([np.bincount(corner_vertex, weight * channel, count) for channel in colors.T], axis=1)
-    return sums / np.maximum(total, np.finfo(float).tiny)[:, None]
+def byte_warnings(destination: Destination, clipped: int, total: int) -> list[str]:
+    """Tell what bytes have cut off of some colors, in one line or none."""
+    if destination.data_type != BYTE or not clipped:
+        return []
+    return [
+        f"{clipped / total:.1%} of the colors are brighter than 1, where bytes end, and are clipped; store floats to "
+        "keep them, or lower the light"
+    ]
 
 
 def _meshes_by_uid() -> dict[int, bpy.types.Mesh]:
@@ -189,14 +160,22 @@ def _vertex_groups() -> dict[str, set[str]]:
     return {obj.name_full: set(obj.vertex_groups.keys()) for obj in bpy.data.objects if obj.type == 'MESH'}
 
 
-def _check_name(mesh: bpy.types.Mesh, target: Target, attribute: str, groups: dict[str, set[str]]) -> None:
-    """Refuse a name that is taken by something that is no color: the new attribute would get another one."""
+def _obstacle(mesh: bpy.types.Mesh, target: Target, attribute: str, groups: dict[str, set[str]]) -> str | None:
+    """Tell why a mesh cannot take the attribute, if so."""
+    if not mesh.is_editable:
+        return (
+            f"Mesh '{target.mesh_name}' of object '{target.object_name}' is linked from a library and gets no colors; "
+            "make it local (Object > Relations > Make Local)"
+        )
+    # The new attribute would get another name.
     taken = attribute in mesh.attributes and attribute not in mesh.color_attributes
     if taken or attribute in groups.get(target.object_name, ()):
         what = "attribute that is not a color" if taken else "vertex group"
-        raise RadiosityError(
-            f"Object '{target.object_name}' has a {what} named '{attribute}': choose another name for the colors"
+        return (
+            f"Object '{target.object_name}' has a {what} named '{attribute}' and gets no colors; choose another name "
+            "for them"
         )
+    return None
 
 
 def _check_unchanged(mesh: bpy.types.Mesh | None, target: Target) -> None:
@@ -226,15 +205,25 @@ def _leave_modes_with_own_undo() -> None:
                     bpy.ops.ed.undo_push(message="Object Mode")
 
 
-def _store(mesh: bpy.types.Mesh, name: str, domain: str, colors: FloatArray) -> None:
-    """Get or create the color attribute and fill it."""
+def store_colors(mesh: bpy.types.Mesh, destination: Destination, colors: FloatArray) -> None:
+    """Get or create the color attribute of a mesh, fill it, and make it the active one.
+
+    Parameters
+    ----------
+    mesh : bpy.types.Mesh
+    destination : Destination
+    colors : ndarray of shape (n, 3)
+        Linear, one for each corner or vertex.
+    """
+    name, kind = destination.attribute, (destination.domain, destination.data_type)
     existing = mesh.color_attributes.get(name)
-    if existing is not None and (existing.domain, existing.data_type) != (domain, DATA_TYPE):
+    if existing is not None and (existing.domain, existing.data_type) != kind:
         mesh.color_attributes.remove(existing)
         existing = None
-    layer = existing or mesh.color_attributes.new(name, DATA_TYPE, domain)
+    layer = existing or mesh.color_attributes.new(name, destination.data_type, destination.domain)
     rgba = np.ones((len(colors), 4), dtype=np.float32)
-    rgba[:, :3] = colors
+    # Bytes are clamped here and not by Blender, whose versions may differ in what they do with 256.
+    rgba[:, :3] = np.clip(colors, 0.0, 1.0) if destination.data_type == BYTE else colors
     layer.data.foreach_set("color", rgba.ravel())
     mesh.attributes.active_color_name = name
     mesh.attributes.default_color_name = name

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..core import bake as core_bake
@@ -17,6 +17,7 @@ from ..core.progress import Progress
 from ..core.scene import Scene
 from ..core.settings import Settings
 from .attribute_writer import Plan, plan_writing, write_attribute
+from .destination import Destination
 from .scene_reader import Reading, read_scene
 
 if TYPE_CHECKING:
@@ -44,9 +45,7 @@ def bake_scene(
     view_layer: bpy.types.ViewLayer,
     depsgraph: bpy.types.Depsgraph,
     settings: Settings,
-    *,
-    attribute: str = "Radiosity",
-    domain: str = 'CORNER',
+    destination: Destination,
 ) -> Generator[Progress, None, SceneBake]:
     """Bake the light of a scene into a color attribute on its meshes.
 
@@ -60,10 +59,8 @@ def bake_scene(
         The evaluated state of `view_layer`.
     settings : core.settings.Settings
         How the light is computed.
-    attribute : str
-        Name of the color attribute; an existing one of that name is overwritten.
-    domain : {'CORNER', 'POINT'}
-        Whether each face corner or each vertex carries a color.
+    destination : Destination
+        Where the colors go.
 
     Yields
     ------
@@ -82,7 +79,7 @@ def bake_scene(
     """
     started = time.perf_counter()
     reading = read_scene(scene, view_layer, depsgraph)
-    plan = plan_writing(reading.targets, attribute, domain)
+    plan = plan_writing(reading.targets, destination)
     _require_light(reading.scene)
     seconds_read = time.perf_counter() - started
     # Undo or loading a file frees Blender's data while a modal bake waits: keep none of it between two steps.
@@ -92,10 +89,10 @@ def bake_scene(
     bake = yield from core_bake.bake(reading.scene, settings)
 
     writing = time.perf_counter()
-    write_attribute(plan, reading.scene, bake.corner_radiance)
+    lost = write_attribute(plan, reading.scene, bake.corner_radiance)
     done = time.perf_counter()
     seconds = {"read": seconds_read, "write": done - writing, "total": done - started}
-    return SceneBake(_report(bake, reading, plan, seconds), bake)
+    return SceneBake(_report(bake, reading, plan, lost, seconds), bake)
 
 
 def _require_light(scene: Scene) -> None:
@@ -107,12 +104,15 @@ def _require_light(scene: Scene) -> None:
         )
 
 
-def _report(bake: core_bake.Bake, reading: Reading, plan: Plan, seconds: dict[str, float]) -> dict[str, Any]:
+def _report(
+    bake: core_bake.Bake, reading: Reading, plan: Plan, lost: list[str], seconds: dict[str, float]
+) -> dict[str, Any]:
     """Add to the core's figures what only the add-on knows."""
     report = bake.report.as_dict()
     written = {target.object_name for target in plan.targets}
     report["seconds"] = report["seconds"] | seconds
-    report["warnings"] = [*report["warnings"], *plan.warnings]
+    report["warnings"] = [*report["warnings"], *plan.warnings, *lost]
+    report["settings"] = report["settings"] | asdict(plan.destination)
     report["objects"] = [
         {
             "name": target.object_name,

@@ -25,6 +25,7 @@ from ..core.scene_text import read_scene_text
 from ..core.settings import Settings
 from .baking import SceneBake, bake_scene
 from .cli_options import ENDINGS, parse
+from .destination import Destination
 from .gltf import export_glb
 from .outputs import check_output, replacing
 from .picture import render_picture
@@ -53,12 +54,12 @@ def main(argv: list[str], *, prog: str, verb: str | None = None) -> int:
         Exit code.
     """
     try:
-        options, settings = parse(argv, prog, verb)
+        options, settings, destination = parse(argv, prog, verb)
     except SystemExit as end:  # argparse has said what is wrong, or given help
         return int(end.code or 0)
     try:
         with _interruptible():
-            _run(options, settings)
+            _run(options, settings, destination)
     except RadiosityError as error:
         return _fail(str(error))
     except OSError as error:
@@ -91,7 +92,7 @@ def _interruptible() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.SIG_DFL if previous is None else previous)
 
 
-def _run(options: argparse.Namespace, settings: Settings) -> None:
+def _run(options: argparse.Namespace, settings: Settings, destination: Destination) -> None:
     """Open the input, bake, write, and tell."""
     # What cannot be written is found out before the bake, not after it.
     files: dict[str, Path] = {name: getattr(options, name).absolute() for name in ENDINGS if getattr(options, name)}
@@ -99,7 +100,7 @@ def _run(options: argparse.Namespace, settings: Settings) -> None:
         check_output(path)
     source, settings = _open(options.input, settings)
 
-    bake = _bake(settings, options.attribute, options.domain)
+    bake = _bake(settings, destination)
     stops = _write(files, bake.report, options)
     for warning in bake.report["warnings"]:
         print(f"radiosity: warning: {warning}", file=sys.stderr)
@@ -150,12 +151,9 @@ def _depsgraph() -> bpy.types.Depsgraph:
     return bpy.context.evaluated_depsgraph_get()
 
 
-def _bake(settings: Settings, attribute: str, domain: str) -> SceneBake:
+def _bake(settings: Settings, destination: Destination) -> SceneBake:
     """Bake the active scene and tell how far it is."""
-    steps = bake_scene(
-        bpy.context.scene, bpy.context.view_layer, _depsgraph(), settings, attribute=attribute, domain=domain
-    )
-    return _follow(steps)
+    return _follow(bake_scene(bpy.context.scene, bpy.context.view_layer, _depsgraph(), settings, destination))
 
 
 def _follow(steps: Generator[Progress, None, SceneBake]) -> SceneBake:

@@ -5,10 +5,11 @@ import argparse
 from dataclasses import fields
 from math import isfinite
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ..core.errors import RadiosityError
-from ..core.settings import FORM_FACTORS, METHODS, QUALITIES, SIDES, Settings
+from ..core.settings import FORM_FACTORS, LIGHTS, METHODS, QUALITIES, SIDES, Settings
+from .destination import DATA_TYPES, DOMAINS, Destination
 
 WRONG_USAGE = 2
 ENDINGS = {"output": ".blend", "gltf": ".glb", "render": ".png", "report": ".json"}
@@ -21,7 +22,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(WRONG_USAGE, f"radiosity: error: {' '.join(message.split())} (--help lists the options)\n")
 
 
-def parse(argv: list[str], prog: str, verb: str | None) -> tuple[argparse.Namespace, Settings]:
+def parse(argv: list[str], prog: str, verb: str | None) -> tuple[argparse.Namespace, Settings, Destination]:
     """Read the arguments.
 
     Parameters
@@ -36,9 +37,11 @@ def parse(argv: list[str], prog: str, verb: str | None) -> tuple[argparse.Namesp
     Returns
     -------
     options : argparse.Namespace
-        Paths, attribute, domain and exposure.
+        Paths and exposure.
     settings : Settings
         How to compute the light.
+    destination : Destination
+        Where the colors go.
 
     Raises
     ------
@@ -52,16 +55,22 @@ def parse(argv: list[str], prog: str, verb: str | None) -> tuple[argparse.Namesp
         )
     _add_files(parser)
     _add_settings(parser)
+    _add_destination(parser)
     options = top.parse_args(argv)
     for name, ending in ENDINGS.items():
         path = getattr(options, name)
         if path is not None and path.suffix.lower() != ending:
             parser.error(f"--{name} writes a {ending} file, and the name given is {path}")
-    given = {field.name: getattr(options, field.name, None) for field in fields(Settings)}
     try:
-        return options, Settings(**{name: value for name, value in given.items() if value is not None})
+        return options, Settings(**_given(options, Settings)), Destination(**_given(options, Destination))
     except RadiosityError as error:
         parser.error(str(error))
+
+
+def _given(options: argparse.Namespace, record: type) -> dict[str, Any]:
+    """Return the fields of a record that were given; the others stay as the record has them."""
+    values = {field.name: getattr(options, field.name, None) for field in fields(record)}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 _DESCRIPTION = "Bake the light of a scene into vertex colors."
@@ -76,14 +85,6 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--gltf", type=Path, metavar="F.glb", help="export the baked meshes, unlit")
     parser.add_argument("--render", type=Path, metavar="F.png", help="draw the baked scene")
     parser.add_argument("--report", type=Path, metavar="F.json", help="write the figures of the bake")
-    parser.add_argument("--attribute", default="Radiosity", metavar="NAME", help="color attribute (%(default)s)")
-    parser.add_argument(
-        "--domain",
-        default='CORNER',
-        type=str.upper,
-        choices=('CORNER', 'POINT'),
-        help="whether each face corner or each vertex carries a color (%(default)s)",
-    )
     parser.add_argument(
         "--exposure",
         type=_stops,
@@ -99,12 +100,39 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--form-factors", choices=FORM_FACTORS, help=f"dense methods' kernel ({chosen.form_factors})")
     parser.add_argument("--quality", choices=QUALITIES, help=f"effort of the hierarchical method ({chosen.quality})")
     parser.add_argument("--sides", choices=SIDES, help=f"which sides of faces have light ({chosen.sides})")
+    parser.add_argument("--light", choices=LIGHTS, help=f"what the colors tell ({chosen.light})")
     parser.add_argument("--max-edge", type=float, metavar="METRES", help="longest edge of a patch (the mesh's own)")
     parser.add_argument("--subdivide", type=int, metavar="N", help=f"factor on patches a side ({chosen.subdivide})")
     parser.add_argument("--iterations", type=int, metavar="N", help=f"sweeps at most ({chosen.iterations})")
     parser.add_argument(
         "--tolerance", type=float, metavar="X", help=f"relative change at which it is done ({chosen.tolerance:g})"
     )
+
+
+def _add_destination(parser: argparse.ArgumentParser) -> None:
+    """Add where the colors go and how they are stored."""
+    chosen = Destination()
+    parser.add_argument("--attribute", default=chosen.attribute, metavar="NAME", help="color attribute (%(default)s)")
+    parser.add_argument(
+        "--domain",
+        type=str.upper,
+        choices=DOMAINS,
+        help=f"whether each face corner or each vertex carries a color ({chosen.domain})",
+    )
+    parser.add_argument(
+        "--data-type",
+        type=_data_type,
+        metavar="float|byte",
+        help="how a color is stored: float keeps every brightness, byte ends at 1 (float)",
+    )
+
+
+def _data_type(text: str) -> str:
+    """Return Blender's word for a kind of number."""
+    known = f"{text.upper()}_COLOR"
+    if known not in DATA_TYPES:
+        raise argparse.ArgumentTypeError(f"{text} is no data type: give float or byte")
+    return known
 
 
 def _stops(text: str) -> float | None:

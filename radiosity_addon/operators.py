@@ -11,7 +11,7 @@ import bpy
 from ..core.errors import RadiosityError
 from ..core.progress import Progress, exhaust
 from .baking import SceneBake, bake_scene
-from .properties import core_settings
+from .properties import chosen_destination, core_settings
 
 TICK = 0.02  # seconds between two turns of a running bake
 BUDGET = 0.1  # seconds that a turn may take before the window gets its turn
@@ -137,8 +137,7 @@ def start_bake(context: bpy.types.Context) -> Generator[Progress, None, SceneBak
         context.view_layer,
         context.evaluated_depsgraph_get(),
         core_settings(scene),
-        attribute=scene.radiosity.attribute,
-        domain=scene.radiosity.domain,
+        chosen_destination(scene),
     )
 
 

@@ -44,7 +44,7 @@ class RADIOSITY_PT_bake(_Sidebar, bpy.types.Panel):
 
 
 class RADIOSITY_PT_output(_Sidebar, bpy.types.Panel):
-    """Where the colors go"""
+    """What the colors tell, and where they go"""
 
     bl_label = "Output"
     bl_parent_id = "RADIOSITY_PT_bake"
@@ -54,8 +54,11 @@ class RADIOSITY_PT_output(_Sidebar, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.prop(context.scene.radiosity, "attribute")
-        layout.prop(context.scene.radiosity, "domain")
+        settings = context.scene.radiosity
+        layout.prop(settings, "light")
+        layout.prop(settings, "attribute")
+        layout.prop(settings, "domain")
+        layout.prop(settings, "data_type")
 
 
 class RADIOSITY_PT_advanced(_Sidebar, bpy.types.Panel):

@@ -5,8 +5,9 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..core.settings import Settings
+from .destination import Destination
 
-DEFAULTS = Settings()
+DEFAULTS, DESTINATION = Settings(), Destination()
 
 
 class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
@@ -91,10 +92,21 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
         default=DEFAULTS.seed,
         min=0,
     )
+    light: EnumProperty(
+        name="Light",
+        description="What the colors tell",
+        items=(
+            ('combined', "Combined", "All light that leaves a surface, emitted and reflected"),
+            ('lighting', "Lighting Only", "What a white surface would reflect; multiply it with textures"),
+            ('direct', "Direct", "Emitted light, and what is reflected at once from emitters, lights and world"),
+            ('indirect', "Indirect", "Light that was reflected before; Combined is Direct plus Indirect"),
+        ),
+        default=DEFAULTS.light,
+    )
     attribute: StringProperty(
         name="Attribute",
-        description="Name of the color attribute that is written; an existing one of this name is overwritten",
-        default="Radiosity",
+        description="Name of the color attribute that is written; an existing one of this name is replaced",
+        default=DESTINATION.attribute,
         maxlen=63,
     )
     domain: EnumProperty(
@@ -104,7 +116,16 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
             ('CORNER', "Face Corner", "Keep hard edges: each corner of a face has its own color"),
             ('POINT', "Vertex", "Store one color for each vertex; hard edges become soft"),
         ),
-        default='CORNER',
+        default=DESTINATION.domain,
+    )
+    data_type: EnumProperty(
+        name="Data Type",
+        description="How a color is stored",
+        items=(
+            ('FLOAT_COLOR', "Float", "Linear and exact, also above 1"),
+            ('BYTE_COLOR', "Byte", "A quarter of the memory; 256 steps from 0 to 1, and what is brighter is clipped"),
+        ),
+        default=DESTINATION.data_type,
     )
 
 
@@ -138,12 +159,29 @@ def core_settings(scene: bpy.types.Scene) -> Settings:
         form_factors=chosen.form_factors,
         quality=chosen.quality,
         sides=chosen.sides,
+        light=chosen.light,
         max_edge=chosen.max_edge * metres or None,
         subdivide=chosen.subdivide,
         iterations=chosen.iterations,
         tolerance=chosen.tolerance,
         seed=chosen.seed,
     )
+
+
+def chosen_destination(scene: bpy.types.Scene) -> Destination:
+    """Return where the scene's choices want the colors.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+
+    Returns
+    -------
+    Destination
+        Checked.
+    """
+    chosen = scene.radiosity
+    return Destination(chosen.attribute, chosen.domain, chosen.data_type)
 
 
 CLASSES = (RADIOSITY_PG_settings, RADIOSITY_PG_status)

@@ -120,26 +120,6 @@ def test_baking_twice_gives_the_same_bits(bake, scene):
     np.testing.assert_array_equal(colors(floor.data), first)
 
 
-def test_a_vertex_has_the_mean_of_its_corners_by_angle(addon):
-    writer = addon("attribute_writer")
-    # Vertex 0: two corners of 90 and 30 degrees; vertex 1: two corners without an angle; vertex 2: none.
-    found = writer.vertex_means(
-        np.array([[4.0, 0.0, 1.0], [0.0, 4.0, 1.0], [1.0, 2.0, 3.0], [3.0, 2.0, 1.0]]),
-        np.radians([90.0, 30.0, 0.0, 0.0]),
-        np.array([0, 0, 1, 1]),
-        3,
-    )
-    np.testing.assert_allclose(found, [[3.0, 1.0, 1.0], [2.0, 2.0, 2.0], [0.0, 0.0, 0.0]])
-
-
-def test_angles_of_corners(addon, extension):
-    core = importlib.import_module(extension.__name__ + ".core.scene")
-    triangle = [(0, 0, 0), (3, 0, 0), (0, 3, 0)]
-    scene = core.Scene.from_polygons([triangle, SQUARE, [(0, 0, 0), (0, 0, 0), (1, 0, 0)]])
-    found = np.degrees(addon("attribute_writer").corner_angles(scene))
-    np.testing.assert_allclose(found, [90, 45, 45, 90, 90, 90, 90, 0, 0, 0], atol=1e-9)
-
-
 def test_undo_takes_the_colors_back_in_one_step(scene, blender):
     lit_pair(scene)
     blender.ops.ed.undo_push(message="Before")
@@ -209,19 +189,69 @@ def test_a_mesh_that_changes_during_the_bake_is_an_error_and_nothing_is_written(
     assert not lamp.data.color_attributes
 
 
-def test_nothing_is_written_when_the_write_would_fail_halfway(scene, blender, bake):
-    # The second mesh cannot take the name; so the first must not get it either.
+@pytest.mark.parametrize("kind", ["attribute", "UV map", "vertex group"])
+def test_an_object_that_cannot_take_the_name_is_left_out_and_named(scene, blender, bake, kind):
     lamp, floor = lit_pair(scene)
-    floor.data.attributes.new("Radiosity", 'FLOAT', 'POINT')
-    with pytest.raises(RuntimeError, match=r"'Floor'.*another name"):
-        bake()
-    assert not lamp.data.color_attributes
-    assert floor.data.attributes["Radiosity"].data_type == 'FLOAT'
-    floor.data.attributes.remove(floor.data.attributes["Radiosity"])
-    floor.vertex_groups.new(name="Radiosity")
+    if kind == "attribute":
+        floor.data.attributes.new("Radiosity", 'FLOAT', 'POINT')
+    elif kind == "UV map":
+        floor.data.uv_layers.new(name="Radiosity")
+    else:
+        floor.vertex_groups.new(name="Radiosity")
+    assert bake() == {'FINISHED'}
+    (warning,) = blender.context.window_manager.radiosity.warnings.splitlines()
+    assert "'Floor'" in warning and "another name" in warning
+    assert "Radiosity" in lamp.data.color_attributes and not floor.data.color_attributes
+    blender.data.objects.remove(lamp)
+    floor.data.materials.append(glowing())
     with pytest.raises(RuntimeError, match=r"'Floor'.*another name"):
         bake()
     assert bake(attribute="Light") == {'FINISHED'}
+
+
+def test_many_attributes_are_no_obstacle(scene, bake):
+    _, floor = lit_pair(scene)
+    for index in range(12):
+        floor.data.color_attributes.new(f"Painted {index}", 'BYTE_COLOR', 'CORNER')
+    for index in range(8):
+        floor.data.uv_layers.new(name=f"UV {index}")
+    bake()
+    layers = floor.data.color_attributes
+    assert len(layers) == 13 and layers.active_color.name == "Radiosity"
+    assert layers[layers.render_color_index].name == "Radiosity"
+
+
+@pytest.mark.parametrize("domain", ['CORNER', 'POINT'])
+def test_bytes_are_clipped_and_tell_how_much_was(scene, blender, bake, domain):
+    lamp, floor = lit_pair(scene)
+    bake(domain=domain)
+    exact = colors(floor.data)[:, :3]
+    bake(data_type='BYTE_COLOR')
+    layer = floor.data.color_attributes["Radiosity"]
+    assert (layer.domain, layer.data_type) == (domain, 'BYTE_COLOR')
+    # A step of sRGB is nowhere more than 1 / 110.
+    assert 0.0 < exact.max() < 1.0
+    np.testing.assert_allclose(colors(floor.data)[:, :3], exact, atol=0.5 / 110)
+    # 5 became 1: nothing wrapped around.
+    np.testing.assert_array_equal(colors(lamp.data), 1.0)
+    (warning,) = blender.context.window_manager.radiosity.warnings.splitlines()
+    assert warning.startswith("50.0% of the colors are brighter than 1")
+
+
+def test_what_the_colors_tell_is_a_choice(scene, bake):
+    lamp, floor = lit_pair(scene)
+    wall = add_square(scene, "Wall")
+    wall.rotation_euler.x = np.pi / 2.0
+    found = {}
+    for light in ('combined', 'lighting', 'direct', 'indirect'):
+        bake(light=light)
+        found[light] = np.concatenate([colors(obj.data)[:, :3] for obj in (floor, wall, lamp)])
+    np.testing.assert_allclose(found['direct'] + found['indirect'], found['combined'], rtol=1e-6)
+    assert (found['indirect'][:8] > 0.0).any()
+    # Faces without a material reflect 0.8; the lamp reflects nothing and emits 5.
+    np.testing.assert_allclose(0.8 * found['lighting'][:8], found['combined'][:8], rtol=1e-6)
+    np.testing.assert_allclose(found['direct'][8:], 5.0, rtol=1e-6)
+    assert found['lighting'][8:].max() < 1.0
 
 
 def test_meshes_that_are_shared_get_the_first_objects_colors_and_a_warning(bake, scene, blender):
@@ -250,7 +280,7 @@ def test_linked_meshes_light_the_others_but_stay_as_they_are(bake, scene, blende
     assert not linked.data.color_attributes
     assert "library" in blender.context.window_manager.radiosity.warnings
     blender.data.objects.remove(blender.data.objects["Floor"])
-    with pytest.raises(RuntimeError, match="make one local"):
+    with pytest.raises(RuntimeError, match="make it local"):
         bake()
 
 
@@ -276,12 +306,20 @@ def test_what_cannot_be_baked_is_said_and_changes_nothing(bake, scene, blender, 
 @pytest.mark.parametrize("name", ["", "x" * 64, "ä" * 32])
 def test_names_that_blender_would_cut_are_refused(addon, error, scene, name):
     with pytest.raises(error, match="bytes"):
-        addon("attribute_writer").plan_writing((), name, 'CORNER')
+        addon("destination").Destination(name)
 
 
-def test_unknown_domains_are_refused(addon, error, scene):
+@pytest.mark.parametrize("name", ["position", "sharp_face", ".hidden", "material_index"])
+def test_names_that_blender_needs_itself_are_refused(addon, error, scene, name):
+    with pytest.raises(error, match="Blender itself"):
+        addon("destination").Destination(name)
+
+
+def test_unknown_domains_and_types_are_refused(addon, error, scene):
     with pytest.raises(error, match="CORNER, POINT"):
-        addon("attribute_writer").plan_writing((), "Radiosity", 'FACE')
+        addon("destination").Destination(domain='FACE')
+    with pytest.raises(error, match="FLOAT_COLOR, BYTE_COLOR"):
+        addon("destination").Destination(data_type='FLOAT')
 
 
 def test_a_running_bake_keeps_the_button_from_being_pressed_again(scene, blender):
@@ -339,6 +377,7 @@ def test_settings_reach_the_core_in_metres(addon, scene):
     settings = addon("properties").core_settings(scene)
     assert (settings.method, settings.form_factors, settings.quality) == ("shooting", "hemicube", "high")
     assert (settings.iterations, settings.tolerance, settings.subdivide, settings.seed) == (7, 0.25, 3, 5)
+    assert settings.light == "combined"
     assert settings.max_edge is None
     chosen.max_edge = 50.0
     scene.unit_settings.scale_length = 0.01

@@ -134,6 +134,18 @@ def test_attribute_domain_and_exposure_are_followed(blender, room, run, tmp_path
     assert (layer.name, layer.domain, len(layer.data)) == ("Light", 'POINT', 8)
 
 
+def test_what_is_baked_and_how_it_is_stored_can_be_chosen(blender, room, run, tmp_path):
+    out, report = tmp_path / "out.blend", tmp_path / "report.json"
+    assert run(room, "--output", out, "--report", report, "--light", "indirect", "--data-type", "byte")[0] == 0
+    settings = json.loads(report.read_text(encoding="utf-8"))["settings"]
+    assert (settings["light"], settings["data_type"], settings["domain"]) == ("indirect", 'BYTE_COLOR', 'CORNER')
+    blender.ops.wm.open_mainfile(filepath=str(out))
+    (layer,) = blender.data.meshes[0].color_attributes
+    assert layer.data_type == 'BYTE_COLOR'
+    # Half of everything is reflected: 1/2 at once, 1/4 + 1/8 + ... after that.
+    np.testing.assert_allclose(colors(blender.data.meshes[0])[:, :3], 0.5, atol=0.01)
+
+
 def test_the_input_is_overwritten_when_it_is_named(blender, room, run):
     assert run(room, "--output", room)[0] == 0
     blender.ops.wm.open_mainfile(filepath=str(room))
@@ -251,6 +263,8 @@ def test_an_export_that_fails_leaves_what_was_there(addon, room, run, tmp_path, 
         (["--output", "a.txt"], "--output writes a .blend file"),
         (["--qual", "medium"], "--qual"),
         (["another.blend"], "another.blend"),
+        (["--light", "all"], "combined"),
+        (["--data-type", "half"], "give float or byte"),
     ],
 )
 def test_wrong_usage(room, run, tmp_path, monkeypatch, arguments, words):
@@ -258,8 +272,8 @@ def test_wrong_usage(room, run, tmp_path, monkeypatch, arguments, words):
     assert_one_complaint(run(room, *arguments), 2, words)
 
 
-def test_a_name_that_is_taken_is_refused_before_the_bake(room, run):
-    assert_one_complaint(run(room, "--attribute", "position"), 1, "'position'")
+def test_a_name_that_blender_needs_is_wrong_usage(room, run):
+    assert_one_complaint(run(room, "--attribute", "position"), 2, "'position'")
 
 
 def test_help_ends_with_success(run):

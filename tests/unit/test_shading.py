@@ -7,7 +7,7 @@ import pytest
 from core.meshing import mesh
 from core.scene import Scene
 from core.settings import LIGHTS
-from core.shading import corner_colours, corner_irradiance
+from core.shading import corner_angles, corner_colours, corner_irradiance, vertex_means
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 
@@ -110,3 +110,20 @@ def test_each_kind_of_colour_is_its_part_of_the_light():
     np.testing.assert_allclose(kinds["combined"], rho * kinds["lighting"] + E / np.pi, rtol=1e-14)
     np.testing.assert_allclose(kinds["direct"], (E + rho * direct) / np.pi, rtol=1e-14)
     assert (corner_colours(scene, direct, H, "indirect") == 0.0).all()
+
+
+def test_a_vertex_has_the_mean_of_its_corners_by_angle():
+    # Vertex 0: two corners of 90 and 30 degrees; vertex 1: two corners without an angle; vertex 2: none.
+    found = vertex_means(
+        np.array([[4.0, 0.0, 1.0], [0.0, 4.0, 1.0], [1.0, 2.0, 3.0], [3.0, 2.0, 1.0]]),
+        np.radians([90.0, 30.0, 0.0, 0.0]),
+        np.array([0, 0, 1, 1]),
+        3,
+    )
+    np.testing.assert_allclose(found, [[3.0, 1.0, 1.0], [2.0, 2.0, 2.0], [0.0, 0.0, 0.0]])
+
+
+def test_angles_of_corners():
+    triangle = [(0, 0, 0), (3, 0, 0), (0, 3, 0)]
+    scene = Scene.from_polygons([triangle, SQUARE, [(0, 0, 0), (0, 0, 0), (1, 0, 0)]])
+    np.testing.assert_allclose(np.degrees(corner_angles(scene)), [90, 45, 45, 90, 90, 90, 90, 0, 0, 0], atol=1e-9)
