@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .cutting import Cut, check_count, cut, grid
 from .errors import RadiosityError
+from .paint.paint import Paint
 from .scene import AUTO, BACK, FRONT, FloatArray, IntArray, Scene
 from .triangulation import pieces
 
@@ -35,10 +36,12 @@ class Patches:
     side : ndarray of shape (p,)
         1 on the front of the face, -1 on its back.
     reflectance, emission : ndarray of shape (p, 3)
-        Of the face: rho, and exitance E [W/m^2]; zero where the face does not light others with it.
+        Means over the patch: rho, and exitance E [W/m^2]; zero where the face does not light others with it.
     touch_corner, touch_patch : ndarray of shape (k,)
         Pairs of a mesh corner (index into `Scene.corner_vertex`) and a patch that has it as a corner of its own, on the
         front of the face unless only the back radiates. Sorted by corner; every corner of a live face has one.
+    paint : Paint or None
+        How the faces vary inside, see `Scene`.
     """
 
     corners: FloatArray
@@ -51,6 +54,27 @@ class Patches:
     emission: FloatArray
     touch_corner: IntArray
     touch_patch: IntArray
+    paint: Paint | None = None
+
+    def surface(self, corners: FloatArray, patch: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return what pieces of patches reflect and emit.
+
+        Parameters
+        ----------
+        corners : ndarray of shape (n, 4, 3)
+            Corners of the pieces [m]; a triangle repeats its last corner.
+        patch : ndarray of shape (n,)
+            The patch that each is a piece of.
+
+        Returns
+        -------
+        reflectance, emission : ndarray of shape (n, 3)
+        """
+        reflectance, emission = self.reflectance[patch], self.emission[patch]
+        if self.paint is not None:
+            pieces = np.flatnonzero(np.bincount(patch, minlength=len(self.area))[patch] > 1)
+            _paint(self.paint, pieces, corners, self.face[patch], reflectance, emission)
+        return reflectance, emission
 
 
 def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> Patches:
@@ -97,6 +121,11 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
     corners[back] = _turned(corners[back])
     normal, area, centre = _measures(fronts)
     face = fronts.face[source]
+    reflectance = np.where(scene.reflects[face, None], scene.reflectance[face], 0.0)
+    emission = np.where(scene.emits[face, None], scene.emission[face], 0.0)
+    if scene.paint is not None:
+        cut_up = np.bincount(fronts.face, minlength=len(scene.face_area))[face] > 1
+        _paint(scene.paint, np.flatnonzero(cut_up), corners, face, reflectance, emission)
 
     # A mesh corner shows the front, or the back where only the back radiates.
     place = np.full(len(shown), -1)
@@ -112,11 +141,22 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
         area=area[source],
         face=face,
         side=side,
-        reflectance=np.where(scene.reflects[face, None], scene.reflectance[face], 0.0),
-        emission=np.where(scene.emits[face, None], scene.emission[face], 0.0),
+        reflectance=reflectance,
+        emission=emission,
         touch_corner=touch_corner[order],
         touch_patch=touch_patch[order],
+        paint=scene.paint,
     )
+
+
+def _paint(
+    paint: Paint, pieces: IntArray, corners: FloatArray, face: IntArray, reflectance: FloatArray, emission: FloatArray
+) -> None:
+    """Give some pieces of faces what is on them, in place; what is dark as a whole stays so."""
+    known, reflected, emitted = paint.means(corners[pieces], face[pieces])
+    for values, painted in ((reflectance, reflected), (emission, emitted)):
+        bright = known & values[pieces].any(axis=1)
+        values[pieces[bright]] = painted[bright]
 
 
 def _corners(scene: Scene, fronts: Cut) -> FloatArray:

@@ -125,9 +125,9 @@ def _hierarchical(
         corners = corner_receivers(scene)
         elements, solution = lit.elements, lit.solution
         H = exposed_irradiance(lit, patches, corners.group, solution.irradiance)
-        arriving = lit.transport.gather(patches.emission[elements.patch]) + lit.direct
+        arriving = lit.transport.gather(elements.emission) + lit.direct
         first = exposed_irradiance(lit, patches, corners.group, arriving)
-        B = patches.emission[elements.patch] + patches.reflectance[elements.patch] * H
+        B = elements.emission + elements.reflectance * H
         exposed = lit.transport.row_sums() > EXPOSED
         H, first, links, rays = yield from clock.watch(
             final_gather(
@@ -149,7 +149,7 @@ def _hierarchical(
     sums = lit.transport.row_sums()
     sums = np.where(sums > COVERED, sums, np.nan)
     # What arrives from lamps counts as emitted.
-    E, rho = patches.emission[elements.patch] + lit.direct, patches.reflectance[elements.patch]
+    E, rho = elements.emission + lit.direct, elements.reflectance
     share = elements.area / patches.area[elements.patch]
     spent = clock.seconds
     seconds = {

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays import BoolArray, FloatArray, IntArray, indices, table
 from .errors import RadiosityError
+from .paint.paint import Paint
 
 if TYPE_CHECKING:
     from .lighting.lamps import Lamp
@@ -69,6 +70,8 @@ class Scene:
         Whether what the face reflects and emits lights others; its own colours show it anyway.
     lamps : tuple of Lamp
         Lamps and sky: light that comes from no face.
+    paint : Paint or None
+        How reflectance and emission vary inside faces, whose means are those above.
     warnings : tuple of str
         What was put right or left out, one line each, without repeats.
     """
@@ -89,6 +92,7 @@ class Scene:
     reflects: BoolArray
     emits: BoolArray
     lamps: tuple["Lamp", ...]
+    paint: Paint | None
     warnings: tuple[str, ...]
 
     def __init__(
@@ -110,6 +114,7 @@ class Scene:
         reflects: ArrayLike | None = None,
         emits: ArrayLike | None = None,
         lamps: Sequence["Lamp"] = (),
+        paint: Paint | None = None,
         warnings: Sequence[str] = (),
     ) -> None:
         """Check and keep the arrays; see the class for their meaning.
@@ -144,6 +149,7 @@ class Scene:
         self._keep("sides", shown.astype(np.uint8))
         self._keep("divisions", indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
         self._keep("lamps", tuple(lamps))
+        self._keep("paint", paint.checked(n_faces, n_corners, REFLECTANCE_LIMIT) if paint is not None else None)
         self._refuse(self.divisions < 1, "divisions must be 1 or more")
         self._keep("max_edge", _one_each("max_edge", _or(max_edge, np.full(n_faces, np.nan)), n_faces))
         self._refuse(~(np.isnan(self.max_edge) | (self.max_edge > 0)), "max_edge must be a length above zero")
@@ -193,6 +199,20 @@ class Scene:
     def corner_face(self) -> IntArray:
         """Return the face of each corner, shape (c,)."""
         return np.repeat(np.arange(len(self.face_start) - 1), np.diff(self.face_start))
+
+    @property
+    def corner_reflectance(self) -> FloatArray:
+        """Return the reflectance at each corner, shape (c, 3)."""
+        if self.paint is not None:
+            return self.paint.corner_reflectance.astype(np.float64)
+        return np.asarray(self.reflectance[self.corner_face])
+
+    @property
+    def corner_emission(self) -> FloatArray:
+        """Return the exitance at each corner, shape (c, 3) [W/m^2]."""
+        if self.paint is not None:
+            return self.paint.corner_emission.astype(np.float64)
+        return np.asarray(self.emission[self.corner_face])
 
     @cached_property
     def area_vector(self) -> FloatArray:

@@ -3,8 +3,8 @@
 
 What is interpolated is the irradiance H, not the colour: a corner takes the mean of H over the patches that meet at
 its vertex, but only those of the same object whose corners there share its normal. Smooth surfaces and flat stretches
-blend, hard edges stay hard, and other surfaces at the same place never bleed. The face's own reflectance and emission
-then give the colour, such as the radiance L = (E + rho H) / pi.
+blend, hard edges stay hard, and other surfaces at the same place never bleed. The surface's own reflectance and
+emission then give the colour, such as the radiance L = (E + rho H) / pi.
 """
 
 import numpy as np
@@ -40,8 +40,7 @@ def corner_colours(scene: Scene, irradiance: FloatArray, direct: FloatArray, lig
     """
     if light == "lighting":
         return np.asarray(irradiance / np.pi)
-    face = scene.corner_face
-    E, rho = scene.emission[face], scene.reflectance[face]
+    E, rho = scene.corner_emission, scene.corner_reflectance
     if light == "indirect":
         # Rounding must not make darkness negative.
         return np.asarray(rho * np.maximum(irradiance - direct, 0.0) / np.pi)

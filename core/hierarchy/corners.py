@@ -128,7 +128,7 @@ def final_gather(
     receivers = group_receivers(corners.point, corners.normal)
     scale = float(np.max(radiosity, initial=0.0)) or 1.0
     # Beside the radiosity what is emitted; a last column of ones adds up the rows.
-    shown = np.column_stack((radiosity, patches.emission[elements.patch])) / scale
+    shown = np.column_stack((radiosity, elements.emission)) / scale
     means = node_means(scenery.sources, elements.area, shown)
     nodes = parted(np.column_stack((means, np.ones(len(means)))), scenery.brightness > BRIGHT)
     single = nodes.astype(np.float32)

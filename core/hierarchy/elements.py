@@ -7,7 +7,7 @@ split again, until the light that direct illumination could misplace within an e
 light (two-level hierarchy of patches and elements: Cohen, Greenberg, Immel, Brock 1986).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,8 @@ class Elements:
         [m^2].
     patch : ndarray of shape (n,)
         The patch that each is a piece of.
+    reflectance, emission : ndarray of shape (n, 3)
+        Means over the element: rho, and exitance E [W/m^2].
     """
 
     corners: Float
@@ -49,12 +51,12 @@ class Elements:
     normal: Float
     area: Float
     patch: Int
+    reflectance: Float
+    emission: Float
 
     def pick(self, index: Int) -> "Elements":
         """Return some of the elements."""
-        return Elements(
-            self.corners[index], self.centre[index], self.normal[index], self.area[index], self.patch[index]
-        )
+        return Elements(*(getattr(self, field.name)[index] for field in fields(self)))
 
     def __len__(self) -> int:
         return len(self.area)
@@ -175,4 +177,4 @@ def _measured(corners: Float, patch: Int, patches: Patches) -> Elements:
     normal = vector / np.maximum(area, 1e-300)[:, None]
     whole = np.bincount(patch, minlength=len(patches.area))[patch] == 1
     area[whole], normal[whole] = patches.area[patch[whole]], patches.normal[patch[whole]]
-    return Elements(corners, centres(corners), normal, area, patch)
+    return Elements(corners, centres(corners), normal, area, patch, *patches.surface(corners, patch))

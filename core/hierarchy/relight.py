@@ -95,8 +95,9 @@ def relight(relighting: Relighting, patches: Patches, *, sweeps: int = 3) -> Lit
     """
     lit = relighting.lit
     elements, transport = lit.elements, lit.transport
-    rho = patches.reflectance[elements.patch]
-    E = patches.emission[elements.patch] + rho * lit.direct
+    rho, emission = patches.surface(elements.corners, elements.patch)
+    elements = replace(elements, reflectance=rho, emission=emission)
+    E = emission + rho * lit.direct
     dull = _restricted(rho, relighting)
     B, H = E.copy(), np.zeros_like(E)
     residual = np.inf
@@ -109,7 +110,8 @@ def relight(relighting: Relighting, patches: Patches, *, sweeps: int = 3) -> Lit
         B += step
         residual = float(np.abs(step).max() / max(float(np.abs(B).max()), 1e-300))
     irradiance = np.where(rho > 0, (B - E) / np.where(rho > 0, rho, 1), H) + lit.direct
-    return replace(lit, solution=Solution(B, irradiance, sweeps, residual < _CONVERGED, residual))
+    solution = Solution(B, irradiance, sweeps, residual < _CONVERGED, residual)
+    return replace(lit, elements=elements, solution=solution)
 
 
 def relit_patches(lit: Lit, patches: Patches) -> Solution:

@@ -87,7 +87,7 @@ def solve(
     """
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
     yield Progress("Elements", 1.0)
-    E, rho = patches.emission[elements.patch], patches.reflectance[elements.patch]
+    E, rho = elements.emission.copy(), elements.reflectance
     H0 = direct(elements.centre, elements.normal) if direct else np.zeros_like(E)
     guess, typical, rays = yield from _first_look(elements, E, rho, H0, occluders, quality, workers)
     E += rho * H0
@@ -158,9 +158,12 @@ def patch_solution(lit: Lit, patches: Patches) -> Solution:
         sums = [np.bincount(elements.patch, elements.area * values[:, k], len(A)) for k in range(values.shape[1])]
         return np.stack(sums, axis=1) / A[:, None]
 
-    H = mean(solution.irradiance)
     return Solution(
-        patches.emission + patches.reflectance * H, H, solution.iterations, solution.converged, solution.residual
+        mean(solution.radiosity),
+        mean(solution.irradiance),
+        solution.iterations,
+        solution.converged,
+        solution.residual,
     )
 
 
