@@ -3,9 +3,9 @@
 
 import bpy
 
-from . import command, operators, panels, properties, text_operators
+from . import command, object_panel, object_properties, operators, panels, properties, text_operators
 
-MODULES = (properties, operators, text_operators, panels, command)
+MODULES = (properties, object_properties, operators, text_operators, panels, object_panel, command)
 
 
 def register() -> None:

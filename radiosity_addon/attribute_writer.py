@@ -17,7 +17,7 @@ from ..core.errors import RadiosityError
 from ..core.scene import Scene
 from ..core.shading import corner_angles, vertex_means
 from .destination import BYTE, Destination
-from .scene_reader import Target
+from .objects.targets import Target, stored_in_place
 
 if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
@@ -69,9 +69,9 @@ def plan_writing(targets: tuple[Target, ...], destination: Destination) -> Plan:
     """
     meshes, groups = _meshes_by_uid(), _vertex_groups()
     writable: list[Target] = []
-    warnings: list[str] = []
+    in_place, warnings = stored_in_place(targets)
     users: dict[int, list[str]] = {}
-    for target in targets:
+    for target in in_place:
         users.setdefault(target.mesh_uid, []).append(target.object_name)
         if len(users[target.mesh_uid]) > 1:
             continue

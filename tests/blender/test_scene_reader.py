@@ -160,15 +160,6 @@ def test_modifiers_that_keep_the_faces_move_them(read, scene):
     assert not reading.scene.warnings
 
 
-def test_modifiers_that_change_the_faces_are_left_out_with_a_warning(read, scene):
-    obj = add_square(scene, "Arrayed")
-    obj.modifiers.new("Array", 'ARRAY')
-    reading = read()
-    assert len(reading.scene.face_area) == 1
-    assert len(reading.targets[0].scene_corner) == 4
-    assert ["'Arrayed'" in warning for warning in reading.scene.warnings] == [True]
-
-
 def test_an_object_in_edit_mode_is_read_as_it_is_edited(read, scene, blender):
     import bmesh
 
@@ -241,21 +232,6 @@ def test_a_scene_without_faces_is_an_error_that_says_what_to_add(read, error, sc
     add_mesh(scene, "Points", SQUARE, [])
     with pytest.raises(error, match="add a mesh"):
         read()
-
-
-def test_what_is_left_out_is_told_by_name(read, scene, blender):
-    square = add_square(scene)
-    words = blender.data.curves.new("Words", 'FONT')
-    scene.collection.objects.link(blender.data.objects.new("Words", words))
-    inside = blender.data.collections.new("Inside")
-    add_mesh(scene, "Chair", SQUARE, [(0, 1, 2, 3)], collection=inside)
-    empty = blender.data.objects.new("Empty", None)
-    empty.instance_type, empty.instance_collection = 'COLLECTION', inside
-    scene.collection.objects.link(empty)
-    reading = read()
-    assert reading.scene.object_names == (square.name,)
-    for name in ("'Words'", "'Chair'"):
-        assert sum(name in warning for warning in reading.scene.warnings) == 1, name
 
 
 def test_warnings_of_a_material_come_once(read, scene):
