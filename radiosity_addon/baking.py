@@ -109,15 +109,15 @@ def _report(
 ) -> dict[str, Any]:
     """Add to the core's figures what only the add-on knows."""
     report = bake.report.as_dict()
-    written = {target.object_name for target in plan.targets}
+    written = set(map(id, plan.targets))
     report["seconds"] = report["seconds"] | seconds
     report["warnings"] = [*report["warnings"], *plan.warnings, *lost]
     report["settings"] = report["settings"] | asdict(plan.destination)
     report["objects"] = [
         {
-            "name": target.object_name,
-            "corners": len(target.corner_vertex),
-            "written": target.object_name in written,
+            "name": target.name,
+            "corners": len(target.evaluated.corner_vertex),
+            "written": id(target) in written,
         }
         for target in reading.targets
     ]

@@ -23,6 +23,7 @@ from ..core.errors import RadiosityError
 from ..core.progress import Progress
 from ..core.scene_text import read_scene_text
 from ..core.settings import Settings
+from . import object_properties
 from .baking import SceneBake, bake_scene
 from .cli_options import ENDINGS, parse
 from .destination import Destination
@@ -57,6 +58,7 @@ def main(argv: list[str], *, prog: str, verb: str | None = None) -> int:
         options, settings, destination = parse(argv, prog, verb)
     except SystemExit as end:  # argparse has said what is wrong, or given help
         return int(end.code or 0)
+    object_properties.ensure()
     try:
         with _interruptible():
             _run(options, settings, destination)

@@ -50,6 +50,12 @@ def register() -> None:
     bpy.types.Object.radiosity = PointerProperty(type=RADIOSITY_PG_object)
 
 
+def ensure() -> None:
+    """Register in a process that runs the command without the add-on enabled: files keep what was chosen in them."""
+    if not hasattr(bpy.types.Object, "radiosity"):
+        register()
+
+
 def unregister() -> None:
     """Take it away."""
     del bpy.types.Object.radiosity
