@@ -53,7 +53,7 @@ class SurfaceReader:
             Where in the list that `finish` returns its values are.
         """
         table = []
-        for material in _materials(mesh, obj):
+        for material in slot_materials(mesh, obj):
             key = "" if material is None else material.name_full
             if key not in self._known:
                 self._known[key] = read_material(material)
@@ -87,7 +87,7 @@ class SurfaceReader:
         return self._done
 
 
-def _materials(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> list[bpy.types.Material | None]:
+def slot_materials(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> list[bpy.types.Material | None]:
     """Return the material of each slot, be it linked to mesh or object; one empty slot where there is none."""
     materials = list(mesh.materials)
     for index, slot in enumerate(obj.material_slots):

@@ -73,6 +73,19 @@ def read_instances(
     return reader.found
 
 
+def instance_number(instance: bpy.types.DepsgraphObjectInstance) -> tuple[int, ...]:
+    """Return which one an instance is among those of one object and one instancer, as Blender keeps telling it."""
+    return tuple(part for part in instance.persistent_id if part != _UNUSED)
+
+
+def has_own_mesh(evaluated: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Tell whether what an object is shown as, by itself or as an instance, is its own surface, not made by nodes."""
+    whole = evaluated.original.evaluated_get(depsgraph)
+    if whole.type != evaluated.type:
+        return False
+    return evaluated.type != 'MESH' or bool(evaluated.data.as_pointer() == whole.data.as_pointer())
+
+
 class _Reader:
     """Reads one instance after the other; see `read_instances`."""
 
@@ -98,7 +111,7 @@ class _Reader:
         shown = self._shown.get(parent.name_full)
         if shown is None:
             return
-        number = tuple(part for part in instance.persistent_id if part != _UNUSED)
+        number = instance_number(instance)
         # The surface of a text or curve is handed out as an instance of itself; it was read as an object.
         if original == parent and parent.type in HAVE_SURFACES - {'MESH'} and len(number) == 1:
             return
@@ -142,9 +155,8 @@ class _Reader:
         # Evaluated data stays where it is while the depsgraph is not changed.
         key = source.data.as_pointer()
         if key not in self._meshes:
-            evaluated = source.original.evaluated_get(self._depsgraph)
-            if evaluated.type == 'MESH' and evaluated.data.as_pointer() == key:
-                with evaluated_mesh(evaluated) as mesh:
+            if has_own_mesh(source, self._depsgraph):
+                with evaluated_mesh(source.original.evaluated_get(self._depsgraph)) as mesh:
                     self._meshes[key] = local_mesh(mesh), self._surfaces.add(mesh, source)
             else:
                 self._meshes[key] = local_mesh(source.data), self._surfaces.add(source.data, source)

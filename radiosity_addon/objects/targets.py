@@ -27,7 +27,7 @@ _MOST_NAMES = 3
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """One object or instance that light falls on.
+    """One object or instance that light falls on; `remade.remake` makes its evaluated mesh once more.
 
     Attributes
     ----------

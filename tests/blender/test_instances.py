@@ -215,6 +215,38 @@ def test_the_instances_are_those_that_a_render_shows(read, scene, blender):
     assert len(set(keys)) == len(keys) > 40
 
 
+def test_what_was_lit_can_be_made_again(read, module, scene, blender):
+    everything(blender, scene)
+    one, two = glowing(0.1, 0.0), glowing(0.2, 0.0)
+    array = add_mesh(scene, "Array", SQUARE, [(0, 1, 2, 3)], one)
+    array.modifiers.new("Array", 'ARRAY')
+    array.scale = (1, -1, 1)
+    array.material_slots[0].link = 'OBJECT'
+    array.material_slots[0].material = two
+    reading, before = read(), len(blender.data.meshes)
+    made = module("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
+    assert [one.target for one in made] == list(reading.targets)
+    assert len(blender.data.meshes) == before + len(made) == len({one.mesh.name for one in made}) + before
+    for one in made:
+        matrix = np.array(one.matrix)
+        vertices = np.array([vertex.co[:] for vertex in one.mesh.vertices]) @ matrix[:3, :3].T + matrix[:3, 3]
+        corners = vertices[[loop.vertex_index for loop in one.mesh.loops]]
+        there = reading.scene.corner_vertex[one.target.evaluated_corner]
+        np.testing.assert_allclose(corners, reading.scene.vertices[there], atol=1e-5)
+    assert [material.name for material in made[-1].mesh.materials] == [two.name]
+
+
+def test_what_was_changed_is_not_made_again(read, extension, module, scene, blender):
+    everything(blender, scene)
+    reading, before = read(), len(blender.data.meshes)
+    blender.data.collections["Tree"].objects.unlink(blender.data.objects["Trunk"])
+    blender.context.view_layer.update()
+    error = importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
+    with pytest.raises(error, match="Trunk' was edited or removed"):
+        module("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
+    assert len(blender.data.meshes) == before
+
+
 def test_lamps_in_instances_shine_where_the_instances_are(read, scene, blender):
     add_square(scene)
     lamps = add_collection(blender, "Lamps")
