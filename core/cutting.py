@@ -164,7 +164,7 @@ def cut(pieces: Grid) -> Cut:
     arms = pieces.points[:, 1:] - pieces.points[:, :1]
     offset = np.zeros((len(piece), 4, 3))
     touch = []
-    for slot, (i, j) in enumerate(zip(*_lattice(local, columns, similar), strict=True)):
+    for slot, (i, j) in enumerate(zip(*lattice(local, columns, similar), strict=True)):
         u, v = i / rows, j / columns
         # Bilinear over four corners; over three, u and v are weights themselves.
         weights = np.stack([u * np.where(similar, 1, 1 - v), np.where(similar, v, u * v), (1 - u) * v], axis=1)
@@ -190,8 +190,23 @@ def _longest(scene: Scene, max_edge: float | None) -> FloatArray:
     return np.where(np.isnan(scene.max_edge), np.inf if max_edge is None else max_edge, scene.max_edge)
 
 
-def _parts(length: FloatArray, max_edge: FloatArray, least: IntArray) -> IntArray:
-    """Return into how many parts edges are cut."""
+def edge_parts(length: FloatArray, max_edge: FloatArray, least: IntArray) -> IntArray:
+    """Return into how many parts edges are cut.
+
+    Parameters
+    ----------
+    length : ndarray
+        Of the edges [m].
+    max_edge : ndarray
+        The longest that a part may be [m].
+    least : ndarray
+        The fewest parts.
+
+    Returns
+    -------
+    ndarray
+        Whole numbers.
+    """
     # An edge that is an exact multiple must not gain a part by rounding.
     parts = np.ceil(np.minimum(length / max_edge * (1 - 1e-9), PARTS_LIMIT))
     return np.maximum(parts.astype(np.int64), least)
@@ -199,7 +214,7 @@ def _parts(length: FloatArray, max_edge: FloatArray, least: IntArray) -> IntArra
 
 def _quads(quads: Grid, max_edge: FloatArray) -> Grid:
     """Return quads with rows and columns for their longer opposite edges: a neighbour's edge is mostly cut alike."""
-    parts = _parts(_edges(quads.points), max_edge[:, None], quads.rows[:, None])
+    parts = edge_parts(_edges(quads.points), max_edge[:, None], quads.rows[:, None])
     rows, columns = np.maximum(parts[:, 0], parts[:, 2]), np.maximum(parts[:, 1], parts[:, 3])
     return Grid(quads.points, quads.corner, quads.face, rows, columns, quads.similar, quads.fan)
 
@@ -212,11 +227,11 @@ def _triangles(triangles: Grid, max_edge: FloatArray) -> list[Grid]:
     points = np.take_along_axis(triangles.points, turn[:, :, None], axis=1)
     corner = np.take_along_axis(triangles.corner, turn, axis=1)
     least = triangles.rows
-    parts = _parts(_edges(points), max_edge[:, None], least[:, None])
+    parts = edge_parts(_edges(points), max_edge[:, None], least[:, None])
     a, b, c = points[:, 0], points[:, 1], points[:, 2]
     along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
     foot = a + along * np.sum((c - a) * along, axis=1, keepdims=True)
-    high = _parts(np.asarray(np.linalg.norm(c - foot, axis=1), dtype=np.float64), max_edge, least)
+    high = edge_parts(np.asarray(np.linalg.norm(c - foot, axis=1), dtype=np.float64), max_edge, least)
 
     similar = parts[:, 0].astype(np.float64) ** 2
     fan = parts[:, 0].astype(np.float64) * np.minimum(parts[:, 1], parts[:, 2])
@@ -250,8 +265,23 @@ def _per_object(scene: Scene, pieces: Grid) -> FloatArray:
     return np.bincount(scene.face_object[pieces.face], counts, minlength=len(scene.object_names))
 
 
-def _lattice(local: IntArray, columns: IntArray, similar: BoolArray) -> tuple[list[IntArray], list[IntArray]]:
-    """Return row and column of the four corners of every patch from its number inside the piece."""
+def lattice(local: IntArray, columns: IntArray, similar: BoolArray) -> tuple[list[IntArray], list[IntArray]]:
+    """Return row and column of the four corners of every patch from its number inside the piece.
+
+    Parameters
+    ----------
+    local : ndarray of shape (p,)
+        Number of the patch, from 0 up.
+    columns : ndarray of shape (p,)
+        Of its piece.
+    similar : ndarray of shape (p,)
+        Whether that is cut into similar triangles; row and column then are steps along its edges 0-1 and 0-2.
+
+    Returns
+    -------
+    rows, columns : list of ndarray of shape (p,)
+        One for each corner, counter-clockwise; a triangle repeats its last one.
+    """
     i, j = local // columns, local % columns
     # Row r of a triangle holds 2 r + 1 triangles, pointing towards the first corner and away from it in turn.
     r = np.sqrt(local.astype(np.float64)).astype(np.int64)
