@@ -196,12 +196,19 @@ def _adopted(scene: Scene, touch: IntArray) -> IntArray:
     by triangulation; they take the patches of the nearest corner of the face.
     """
     known = np.bincount(touch[:, 0], minlength=len(scene.corner_vertex)) > 0
-    adopted = [touch]
-    for corner in np.flatnonzero(~known & scene.live[scene.corner_face]):
-        face = scene.corner_face[corner]
-        others = np.arange(scene.face_start[face], scene.face_start[face + 1])
-        others = others[known[others]]
-        reach = scene.vertices[scene.corner_vertex[others]] - scene.vertices[scene.corner_vertex[corner]]
-        patches = touch[touch[:, 0] == others[np.argmin(np.sum(reach**2, axis=1))], 1]
-        adopted.append(np.stack([np.full(len(patches), corner), patches], axis=1))
-    return np.concatenate(adopted)
+    lost = np.flatnonzero(~known & scene.live[scene.corner_face])
+    # Every lost corner beside all corners of its face.
+    first, size = scene.face_start[scene.corner_face[lost]], np.diff(scene.face_start)[scene.corner_face[lost]]
+    begin = np.cumsum(size) - size
+    row = np.repeat(np.arange(len(lost)), size)
+    other = np.arange(len(row)) + (first - begin)[row]
+    reach = scene.vertices[scene.corner_vertex[other]] - scene.vertices[scene.corner_vertex[lost]][row]
+    far = np.where(known[other], np.sum(reach**2, axis=1), np.inf)
+    nearest = other[np.lexsort((far, row))[begin]]
+    # What touches the nearest corner touches the lost one.
+    order = np.argsort(touch[:, 0], kind="stable")
+    owner, patch = touch[order].T
+    begin, end = (np.searchsorted(owner, nearest, side=side) for side in ("left", "right"))
+    count = end - begin
+    which = np.arange(count.sum()) + np.repeat(begin - np.cumsum(count) + count, count)
+    return np.concatenate([touch, np.stack([np.repeat(lost, count), patch[which]], axis=1)])

@@ -10,6 +10,7 @@ both is blocked by neither, and closed bodies block with their far side.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -26,10 +27,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# Streams want segments: half as many as there are triangles, measured. For more triangles than this, the tree of the
-# streams takes too long to grow, ten times as long as Blender's.
-FEW = 0.5
-MANY = 300_000
+# Streams want segments: half as many as there are triangles, or as many as are enough for any tree; measured.
+FEW, ENOUGH = 0.5, 2048
 # How far behind a surface that does not count Blender's tree is asked again: the grain of single precision.
 _STEP = 1e-7
 # Pairs of segment and triangle that are looked at together.
@@ -95,18 +94,22 @@ class SurfaceOccluders:
 
     def __init__(self, occluding: Occluding) -> None:
         self.for_lamps: SurfaceOccluders | None = None
-        count = len(occluding.triangles)
-        self._single: BVHOccluders | BruteForceOccluders
+        self._occluding = occluding
+        self._stream = StreamOccluders(occluding)
+
+    @cached_property
+    def _single(self) -> BVHOccluders | BruteForceOccluders:
+        """Return who is asked for a few segments, and for what is nearest: grown only when it is needed."""
         try:
-            self._single, self._fewest = BVHOccluders(occluding), FEW * count
+            return BVHOccluders(self._occluding)
         except ModuleNotFoundError:
-            # Outside Blender there are streams for everything, except for what is nearest.
-            self._single, self._fewest, count = BruteForceOccluders(occluding), 0.0, 0
-        self._stream = StreamOccluders(occluding) if count <= MANY else None
+            return BruteForceOccluders(self._occluding)
 
     def blocked(self, origins: Floats, targets: Floats) -> Bools:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
-        if self._stream is not None and len(origins) >= self._fewest:
+        enough = len(origins) >= min(FEW * len(self._occluding.triangles), ENOUGH)
+        # Outside Blender there are streams for everything, except for what is nearest.
+        if enough or isinstance(self._single, BruteForceOccluders):
             return self._stream.blocked(origins, targets)
         return self._single.blocked(origins, targets)
 

@@ -2,5 +2,5 @@
 """What blocks light: surfaces in as few triangles as they can be, and streams of segments through a tree of them.
 
 `surfaces` tells what blocks, `joining` (with `outlines` and `trapezoids`) makes one polygon of a flat stretch of faces,
-`streams` asks a `stream_tree`. `core.visibility` chooses who answers.
+`streams` and `stragglers` ask a `stream_tree`, which is grown as a `box_tree`. `core.visibility` chooses who answers.
 """

@@ -1,26 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A wide tree over triangles and parallelograms, as arrays that many segments at once are tested against.
+"""Triangles and parallelograms in a tree of boxes, as arrays that many segments at once are tested against.
 
-Polygons are linear functions of a point, so that testing is two matrix products and a few comparisons.
-Sources: Goldsmith, Salmon 1987 (the surface area heuristic); Wald, Benthin, Boulos 2008 (wide trees).
+Polygons are linear functions of a point, so that testing is two matrix products and a few comparisons. The tree is a
+binary one, `box_tree`; where many segments come, its nodes are taken together to wide ones, when they are first asked
+for. Source: Wald, Benthin, Boulos 2008 (wide trees).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .box_tree import BoxTree, box_tree
 from .surfaces import GROWTH
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
-# Polygons in a leaf and children of a node: where the cost of starting and that of going on are about the same.
+# Polygons in a leaf and children of a node, for streams: where the cost of starting and that of going on are about the
+# same.
 LEAF = 16
 CHILDREN = 12
+# Polygons in a leaf of the binary tree.
+TWIG = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +45,89 @@ class Leaf:
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """Boxes and what is in them."""
+    """Boxes and what is in them: nodes of the binary tree."""
 
     low: Singles  # (c, 3)
     high: Singles  # (c, 3)
-    children: list[Node | Leaf]
+    children: list[int]
 
 
-def planted(corners: Floats, margin: Floats) -> Node | Leaf | None:
+@dataclass(frozen=True, eq=False)
+class Polygons:
+    """Polygons in the order of the tree's leaves, as `Leaf` describes them.
+
+    Attributes
+    ----------
+    rows : ndarray of shape (4, n, 4)
+        First functions of all, then second ones, and so on; a parallelogram has only three.
+    margin : ndarray of shape (n,)
+    parallelogram : ndarray of shape (n,)
+    """
+
+    rows: Singles
+    margin: Singles
+    parallelogram: Bools
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """A tree over polygons.
+
+    Attributes
+    ----------
+    boxes : BoxTree
+        Node 0 is its root.
+    polygons : Polygons
+    """
+
+    boxes: BoxTree
+    polygons: Polygons
+    _wide: dict[int, Node | Leaf] = field(default_factory=dict)
+
+    def wide(self, node: int) -> Node | Leaf:
+        """Return a node of the binary tree as a wide one, or a leaf where only a few polygons are below it."""
+        found = self._wide.get(node)
+        if found is None:
+            # Two threads may do this at a time: both get the same.
+            found = self._wide[node] = self._taken_together(node)
+        return found
+
+    def _taken_together(self, node: int) -> Node | Leaf:
+        tree = self.boxes
+        if tree.stop[node] - tree.start[node] <= LEAF or tree.child[node] < 0:
+            return self._leaf(slice(tree.start[node], tree.stop[node]))
+        # The heaviest part is split until there are enough. What blocks most comes first: the segments that it blocks
+        # need not look further.
+        parts = [(self._weight(node), node)]
+        while len(parts) < CHILDREN:
+            inner = (k for k, (_, part) in enumerate(parts) if tree.stop[part] - tree.start[part] > LEAF)
+            heaviest = next((k for k in inner if tree.child[parts[k][1]] >= 0), None)
+            if heaviest is None:
+                break
+            first = int(tree.child[parts.pop(heaviest)[1]])
+            parts += [(self._weight(child), child) for child in (first, first + 1)]
+            parts.sort(key=lambda part: -part[0])
+        children = [part for _, part in parts]
+        return Node(tree.low[:, children].T.copy(), tree.high[:, children].T.copy(), children)
+
+    def _leaf(self, members: slice) -> Leaf:
+        """Return the functions of a few polygons, those of a kind together."""
+        rows, margin = self.polygons.rows[:, members], self.polygons.margin[members, None]
+        flat = self.polygons.parallelogram[members]
+        return Leaf(
+            rows[:3, flat].reshape(-1, 4),
+            margin[flat],
+            rows[:, ~flat].reshape(-1, 4),
+            margin[~flat],
+        )
+
+    def _weight(self, node: int) -> float:
+        """Return the chance that a segment gets to a node's box, times what it costs there."""
+        x, y, z = (self.boxes.high[:, node] - self.boxes.low[:, node]).tolist()
+        return float((x * y + y * z + z * x) * (self.boxes.stop[node] - self.boxes.start[node]))
+
+
+def planted(corners: Floats, margin: Floats) -> Tree | None:
     """Grow a tree.
 
     Parameters
@@ -58,7 +139,7 @@ def planted(corners: Floats, margin: Floats) -> Node | Leaf | None:
 
     Returns
     -------
-    Node, Leaf or None
+    Tree or None
         None over nothing.
     """
     if len(corners) == 0:
@@ -67,26 +148,15 @@ def planted(corners: Floats, margin: Floats) -> Node | Leaf | None:
     lone = np.ones(len(corners), dtype=bool)
     lone[first] = lone[first + 1] = False
     half = np.concatenate([corners[first], corners[lone]])
-    margin = np.concatenate([margin[first], margin[lone]])
+    levels = np.concatenate([margin[first], margin[lone]]).astype(np.float32)
     ends = np.concatenate([corners[first + 1, 2], half[len(first) :, 2]])[:, None]
     everything = np.concatenate([half, ends], axis=1)
     # Surfaces reach a little over their edges, and single precision has its own opinion.
     pad = GROWTH + 1e-6
     low, high = everything.min(axis=1) - pad, everything.max(axis=1) + pad
-    rows = _edges(half, len(first)).astype(np.float32)
-    polygons = _Polygons(rows, margin.astype(np.float32), len(first), low, high)
-    return _grown(polygons, np.arange(len(half)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Polygons:
-    """What a tree is grown over: parallelograms first, then triangles."""
-
-    rows: Singles  # (n, 4, 4); a parallelogram has only three
-    margin: Singles  # (n,)
-    parallelograms: int
-    low: Floats  # (n, 3)
-    high: Floats  # (n, 3)
+    boxes = box_tree(low.astype(np.float32), high.astype(np.float32), TWIG)
+    rows: Singles = np.ascontiguousarray(_edges(half, len(first))[boxes.order].transpose(1, 0, 2)).astype(np.float32)
+    return Tree(boxes, Polygons(rows, levels[boxes.order], boxes.order < len(first)))
 
 
 def _pairs(corners: Floats) -> Ints:
@@ -122,60 +192,3 @@ def _edges(half: Floats, parallelograms: int) -> Floats:
         rows[:parallelograms, side, 3] = -(inward * middle[:parallelograms]).sum(axis=1)
         rows[:parallelograms, side] /= reach[:, None]
     return rows
-
-
-def _grown(polygons: _Polygons, members: Ints) -> Node | Leaf:
-    """Return a tree over some of the polygons."""
-    if len(members) <= LEAF:
-        return _leaf(polygons, members)
-    # The heaviest part is split until there are enough. What blocks most comes first: the segments that it blocks need
-    # not look further.
-    parts = [(_weight(polygons, members), members)]
-    while len(parts) < CHILDREN and any(len(group) > LEAF for _, group in parts):
-        heaviest = next(k for k, (_, group) in enumerate(parts) if len(group) > LEAF)
-        parts += [(_weight(polygons, group), group) for group in _split(polygons, parts.pop(heaviest)[1])]
-        parts.sort(key=lambda part: -part[0])
-    groups = [group for _, group in parts]
-    low = np.array([polygons.low[group].min(axis=0) for group in groups], dtype=np.float32)
-    high = np.array([polygons.high[group].max(axis=0) for group in groups], dtype=np.float32)
-    return Node(low, high, [_grown(polygons, group) for group in groups])
-
-
-def _leaf(polygons: _Polygons, members: Ints) -> Leaf:
-    """Return the functions of a few polygons, those of a kind together."""
-    flat, sharp = members[members < polygons.parallelograms], members[members >= polygons.parallelograms]
-    rows, margin = polygons.rows, polygons.margin[:, None]
-    return Leaf(
-        np.ascontiguousarray(rows[flat, :3].transpose(1, 0, 2).reshape(-1, 4)),
-        margin[flat],
-        np.ascontiguousarray(rows[sharp].transpose(1, 0, 2).reshape(-1, 4)),
-        margin[sharp],
-    )
-
-
-def _weight(polygons: _Polygons, members: Ints) -> float:
-    """Return the chance that a segment gets to a group's box, times what it costs there."""
-    span = polygons.high[members].max(axis=0) - polygons.low[members].min(axis=0)
-    return float(_surface(span) * len(members))
-
-
-def _surface(span: Floats) -> Floats:
-    """Return half the surface of boxes with the given sides in the last axis."""
-    x, y, z = span[..., 0], span[..., 1], span[..., 2]
-    return np.asarray(x * y + y * z + z * x)
-
-
-def _split(polygons: _Polygons, members: Ints) -> list[Ints]:
-    """Return two parts of a group, cut where boxes are cheapest to ask: sorted along each axis, at every place."""
-    best = (np.inf, members[:1], members[1:])
-    for axis in range(3):
-        order = members[np.argsort(polygons.low[members, axis] + polygons.high[members, axis], kind="stable")]
-        low, high = polygons.low[order], polygons.high[order]
-        left = np.maximum.accumulate(high) - np.minimum.accumulate(low)
-        right = (np.maximum.accumulate(high[::-1]) - np.minimum.accumulate(low[::-1]))[::-1]
-        count = np.arange(1, len(order))
-        cost = _surface(left[:-1]) * count + _surface(right[1:]) * count[::-1]
-        cheapest = int(np.argmin(cost))
-        if cost[cheapest] < best[0]:
-            best = (float(cost[cheapest]), order[: cheapest + 1], order[cheapest + 1 :])
-    return [best[1], best[2]]

@@ -15,7 +15,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .stream_tree import Leaf, Node, planted
+from .stragglers import Stragglers
+from .stream_tree import Leaf, Node, Tree, planted
 from .surfaces import MARGIN, Occluding, never_block
 
 Floats = NDArray[np.float64]
@@ -29,7 +30,9 @@ CHUNK = 1024
 # waiting for the interpreter by calls that are over at once.
 BATCH = 8
 # Segments that go down together; more make the leaves' share of Python's overhead smaller, until memory is slow.
-STREAM = 1 << 17
+STREAM = 1 << 18
+# Segments that come to a node together, at least: fewer are left to go their own ways.
+FEWEST = 1024
 # Planes of the scene's walls that segments are compared with first: the cost of a box.
 WALLS = 8
 # Heights over two planes that differ by no more are heights over one.
@@ -69,11 +72,9 @@ class StreamOccluders:
             for first in range(0, len(origins), STREAM):
                 part = slice(first, first + STREAM)
                 segments = self._segments(origins[part], targets[part])
-                if self._inner is not None:
-                    _descend(self._inner, segments, np.arange(segments.shape[1]), result[part])
-                leaving = self._leaving(segments)
-                if self._outer is not None and len(leaving):
-                    _descend(self._outer, segments.take(leaving, axis=1), leaving, result[part])
+                for tree, chosen in ((self._inner, np.arange(segments.shape[1])), (self._outer, None)):
+                    if tree is not None:
+                        _cross(tree, segments, self._leaving(segments) if chosen is None else chosen, result[part])
         return result
 
     def _leaving(self, segments: Singles) -> Ints:
@@ -90,15 +91,25 @@ class StreamOccluders:
         segments = np.ones((13, len(a)), dtype=np.float32)
         segments[:3] = (0.5 * (a + b)).T
         segments[4:7] = (0.5 * (b - a)).T
-        if isinstance(self._inner, Node) or isinstance(self._outer, Node):
-            half = segments[4:7]
-            np.divide(1.0, np.where(np.abs(half) < _PARALLEL, np.float32(_PARALLEL), half), out=segments[7:10])
-            np.multiply(segments[:3], segments[7:10], out=segments[10:])
+        half = segments[4:7]
+        np.divide(1.0, np.where(np.abs(half) < _PARALLEL, np.float32(_PARALLEL), half), out=segments[7:10])
+        np.multiply(segments[:3], segments[7:10], out=segments[10:])
         return segments
 
 
-def _descend(node: Node | Leaf, segments: Singles, index: Ints, blocked: Bools) -> None:
-    """Mark the segments that a part of the tree blocks; `index` tells where each one stands in `blocked`."""
+def _cross(tree: Tree, segments: Singles, chosen: Ints, blocked: Bools) -> None:
+    """Mark the chosen segments, of all (13, m), that a tree blocks."""
+    stragglers = Stragglers(tree, segments, blocked)
+    _descend(tree, 0, segments if len(chosen) == segments.shape[1] else segments[:, chosen], chosen, stragglers)
+    stragglers.finish()
+
+
+def _descend(tree: Tree, number: int, segments: Singles, index: Ints, stragglers: Stragglers) -> None:
+    """Mark the segments that a node blocks; `index` tells where each one stands in `stragglers.blocked`."""
+    if len(index) < FEWEST:
+        stragglers.add(number, index)
+        return
+    node, blocked = tree.wide(number), stragglers.blocked
     if isinstance(node, Leaf):
         for part, batch in _batches(segments):
             hit = _parallelograms_hit(node, batch) | _triangles_hit(node, batch)
@@ -109,7 +120,7 @@ def _descend(node: Node | Leaf, segments: Singles, index: Ints, blocked: Bools) 
     for child, mask in zip(node.children, reached, strict=True):
         chosen = np.flatnonzero(mask & ~blocked[index])
         if len(chosen):
-            _descend(child, segments.take(chosen, axis=1), index[chosen], blocked)
+            _descend(tree, child, segments.take(chosen, axis=1), index[chosen], stragglers)
 
 
 def _batches(segments: Singles) -> Iterator[tuple[slice, Singles]]:

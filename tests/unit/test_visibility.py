@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from core import visibility
 from core.meshing import mesh
 from core.occlusion import stream_tree, streams
+from core.occlusion.box_tree import box_tree
 from core.occlusion.streams import StreamOccluders
 from core.occlusion.surfaces import MARGIN, Occluding, occluder_polygons
 from core.scene import BOTH, Scene
@@ -314,6 +315,10 @@ def test_answers_do_not_depend_on_company(occluders, monkeypatch):
     monkeypatch.setattr(streams, "STREAM", 1500)
     monkeypatch.setattr(streams, "CHUNK", 333)
     np.testing.assert_array_equal(found.blocked(*ends), together)
+    # Whether segments go through the tree as a stream or each for itself.
+    for fewest in (1, 10_000):
+        monkeypatch.setattr(streams, "FEWEST", fewest)
+        np.testing.assert_array_equal(found.blocked(*ends), together)
 
 
 def test_deep_trees(monkeypatch):
@@ -323,10 +328,32 @@ def test_deep_trees(monkeypatch):
     ends = rng.uniform(0, 4, (2, 2000, 3))
     for scene in (soup(corners), halves(np.concatenate([corners, fourth], axis=1))):
         expected = BruteForceOccluders(scene).blocked(*ends)
-        for leaf, children in ((2, 2), (5, 3), (1000, 12)):
+        for leaf, children, twig, fewest in ((2, 2, 1, 1), (5, 3, 5, 50), (1000, 12, 4, 1), (16, 12, 2, 10_000)):
             monkeypatch.setattr(stream_tree, "LEAF", leaf)
             monkeypatch.setattr(stream_tree, "CHILDREN", children)
+            monkeypatch.setattr(stream_tree, "TWIG", twig)
+            monkeypatch.setattr(streams, "FEWEST", fewest)
             np.testing.assert_array_equal(StreamOccluders(scene).blocked(*ends), expected)
+
+
+def test_a_box_tree_holds_every_box_once():
+    rng = np.random.default_rng(12)
+    for count, scatter in ((1, 1.0), (7, 1.0), (5000, 0.0), (9000, 1.0)):
+        # Boxes that are all at one place are parted by number.
+        low = (scatter * rng.random((count, 3))).astype(np.float32)
+        high = low + 0.1 + (scatter * rng.random((count, 3)) ** 9).astype(np.float32)
+        tree = box_tree(low, high, 3)
+        assert np.array_equal(np.sort(tree.order), np.arange(count))
+        inner = np.flatnonzero(tree.child >= 0)
+        size, child = tree.stop - tree.start, tree.child[inner]
+        assert size.min() >= 1 and size[tree.child < 0].max() <= 3
+        np.testing.assert_array_equal(tree.start[child], tree.start[inner])
+        np.testing.assert_array_equal(tree.stop[child], tree.start[child + 1])
+        np.testing.assert_array_equal(tree.stop[child + 1], tree.stop[inner])
+        for node in range(len(tree.child)):
+            member = tree.order[tree.start[node] : tree.stop[node]]
+            np.testing.assert_array_equal(tree.low[:, node], low[member].min(axis=0))
+            np.testing.assert_array_equal(tree.high[:, node], high[member].max(axis=0))
 
 
 def test_fans_are_not_torn_into_wrong_parallelograms():
