@@ -22,6 +22,7 @@ from .objects.meshes import mirrors, placed
 from .objects.roles import excluded, read_roles
 from .objects.surfaces import HAVE_SURFACES, NO_SURFACES, Body, read_body, world_matrix
 from .objects.targets import Target
+from .objects.unread import differences
 from .rendered import enabled_objects, renders_itself
 from .world import read_world
 
@@ -66,15 +67,15 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     RadiosityError
         When nothing with faces renders, when there are too many, or when a mesh has a position that is not finite.
     """
-    notes: list[str] = []
+    enabled = [obj for obj in enabled_objects(view_layer) if not excluded(obj)]
+    notes = differences(enabled)
     scale = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
     surfaces = SurfaceReader()
-    enabled = enabled_objects(view_layer)
     instances = read_instances(depsgraph, enabled, scale, surfaces, notes)
     bodies: list[Body] = []
     lamps: list[Lamp] = []
     for obj in enabled:
-        if renders_itself(obj) and not excluded(obj):
+        if renders_itself(obj):
             roles = read_roles(obj)
             if obj.type in HAVE_SURFACES:
                 body = read_body(obj, depsgraph, roles, surfaces, notes)

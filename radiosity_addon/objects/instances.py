@@ -53,7 +53,7 @@ def read_instances(
     ----------
     depsgraph : bpy.types.Depsgraph
     enabled : iterable of bpy.types.Object
-        The objects whose instances show in renders.
+        The objects whose instances show in renders and are not excluded from bakes.
     scale : float
         Length of a Blender unit [m].
     surfaces : SurfaceReader
@@ -99,7 +99,7 @@ class _Reader:
     ) -> None:
         self.found = Instances()
         self._depsgraph, self._scale, self._surfaces, self._notes = depsgraph, scale, surfaces, notes
-        self._shown = {obj.name_full: _Shown(obj) for obj in enabled if not excluded(obj)}
+        self._shown = {obj.name_full: _Shown(obj) for obj in enabled}
         self._meshes: dict[int, tuple[LocalMesh, int]] = {}
         self._roles: dict[tuple[str, str], Roles | None] = {}
         self._left_out: Counter[str] = Counter()

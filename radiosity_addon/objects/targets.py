@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..wording import counted, listed
 from .corner_maps import Carried
 from .meshes import Topology
 
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     IntArray = NDArray[np.int64]
-
-# Names that a warning lists.
-_MOST_NAMES = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,18 +109,12 @@ def stored_in_place(targets: Iterable[Target]) -> tuple[list[Target], list[str]]
     grown = Counter(t.object_name for t in wanted if t.mesh_uid and t.carried is Carried.NOWHERE)
     shapes = Counter(t.object_name for t in wanted if not t.mesh_uid and not t.instance)
     copies = Counter(t.object_name for t in wanted if t.instance)
-    for names, what in (
-        (grown, "object{s} with faces by modifiers only"),
-        (shapes, "object{s} without a mesh"),
-        (copies, "instance{s}"),
+    for names, what, which in (
+        (grown, "object", " with faces by modifiers only"),
+        (shapes, "object", " without a mesh"),
+        (copies, "instance", ""),
     ):
-        count = names.total()
-        if count:
-            some = ", ".join(f"'{name}'" for name in list(names)[:_MOST_NAMES])
-            rest = ", …" if len(names) > _MOST_NAMES else ""
-            gets = "gets" if count == 1 else "get"
-            warnings.append(
-                f"{count} {what.format(s='' if count == 1 else 's')} ({some}{rest}) {gets} no colors in place; choose "
-                "Baked Copy"
-            )
+        if names:
+            count, gets = counted(names.total(), what), "gets" if names.total() == 1 else "get"
+            warnings.append(f"{count}{which} ({listed(names)}) {gets} no colors in place; choose Baked Copy")
     return chosen, warnings

@@ -30,9 +30,7 @@ def direct(transport, emission, reflectance):
     """Solve (1 - rho F) B = E for each channel."""
     F = transport.matrix.astype(float)
     one = np.eye(len(F))
-    return np.stack(
-        [np.linalg.solve(one - reflectance[:, c, None] * F, emission[:, c]) for c in range(3)], axis=1
-    )
+    return np.stack([np.linalg.solve(one - reflectance[:, c, None] * F, emission[:, c]) for c in range(3)], axis=1)
 
 
 @pytest.mark.parametrize("sweep", ["in-place", "jacobi"])

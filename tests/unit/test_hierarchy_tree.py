@@ -312,9 +312,7 @@ def test_estimates_bound_the_form_factors(box):
     corners = split(box((3.0, 2.0, 1.0)), 2)
     sources = sources_of(corners)
     receivers = group_receivers(*measured(corners)[:2])
-    links = find_links(
-        receivers, np.arange(len(receivers)), sources, np.ones(len(sources.area)), angle=0.7, error=0.01
-    )
+    links = find_links(receivers, np.arange(len(receivers)), sources, np.ones(len(sources.area)), angle=0.7, error=0.01)
     far = ~links.near
     first = receivers.first[links.group[far]]
     factor = far_form_factors(receivers.point[first], receivers.normal[first], sources, links.node[far])

@@ -31,9 +31,7 @@ def painted(polygons, color, parts=8, faces=None, **fields):
     mean = face_means(samples, values, triangles, len(polygons))
     corners = corner_values(samples, values, triangles, mean[plain.corner_face], plain.corner_vertex)
     paint = build_paint(samples, values, triangles, corners, plain.face_normal)
-    return Scene(
-        plain.vertices, plain.corner_vertex, plain.face_start, mean[:, :3], mean[:, 3:], paint=paint, **fields
-    )
+    return Scene(plain.vertices, plain.corner_vertex, plain.face_start, mean[:, :3], mean[:, 3:], paint=paint, **fields)
 
 
 def halves(points):

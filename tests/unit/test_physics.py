@@ -177,7 +177,6 @@ def test_mean_illuminance_of_a_room_as_in_cie_171(box, light, method):
         assert mean == pytest.approx(lux, rel=2e-3)
 
 
-
 # Pinney and Bean, test 4: the third wall is 10 K colder than the rest.
 HEAT = np.array([-17.06, -14.83, 47.48, -0.3343, -0.4038, -1.769, -6.776, -6.776])
 EMITTED = 0.9 * STEFAN_BOLTZMANN * np.array([293.15, 293.15, 283.15, *[293.15] * 5]) ** 4

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a render would show otherwise: what the viewport hides or simplifies, what has no faces, what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import bpy
+
+from ..wording import listed
+
+# Modifiers with a number of levels of their own for renders.
+_LEVELS = {'SUBSURF', 'MULTIRES'}
+
+
+def differences(enabled: Iterable[bpy.types.Object]) -> list[str]:
+    """Tell what renders otherwise than it is read.
+
+    Parameters
+    ----------
+    enabled : iterable of bpy.types.Object
+        Those that are enabled in renders and not excluded from bakes.
+
+    Returns
+    -------
+    list of str
+        One line for each kind of difference, with the names of the objects.
+    """
+    found = list(enabled)
+    lines = []
+    for what, names in (
+        ("{0}: modifiers are other in renders; they are read as the viewport shows them", _modified(found)),
+        ("{0}: shadow catchers are read like any other surface", _named(found, "is_shadow_catcher")),
+        ("{0}: hair has no faces and is left out", _with_particles(found, _is_hair)),
+        ("{0}: particles are read as the viewport shows them, which is not all of them", _with_particles(found, _few)),
+    ):
+        if names:
+            lines.append(what.format(f"{'Object' if len(names) == 1 else 'Objects'} {listed(names)}"))
+    return lines + _missing(found)
+
+
+def _modified(objects: list[bpy.types.Object]) -> list[str]:
+    """Return the names of objects whose modifiers have other settings for renders."""
+    return [obj.name_full for obj in objects if any(_differs(modifier) for modifier in obj.modifiers)]
+
+
+def _differs(modifier: bpy.types.Modifier) -> bool:
+    if modifier.show_render != modifier.show_viewport:
+        return True
+    return modifier.show_render and modifier.type in _LEVELS and modifier.levels != modifier.render_levels
+
+
+def _named(objects: list[bpy.types.Object], switch: str) -> list[str]:
+    return [obj.name_full for obj in objects if getattr(obj, switch)]
+
+
+def _with_particles(objects: list[bpy.types.Object], fits: Callable[[bpy.types.ParticleSettings], bool]) -> list[str]:
+    """Return the names of objects with particles that are shown and of some kind."""
+    return [
+        obj.name_full
+        for obj in objects
+        for modifier in obj.modifiers
+        if modifier.type == 'PARTICLE_SYSTEM' and modifier.show_render and fits(modifier.particle_system.settings)
+    ]
+
+
+def _is_hair(settings: bpy.types.ParticleSettings) -> bool:
+    return settings.render_type == 'PATH' and settings.type == 'HAIR'
+
+
+def _few(settings: bpy.types.ParticleSettings) -> bool:
+    return settings.render_type in {'OBJECT', 'COLLECTION'} and settings.display_percentage < 100
+
+
+def _missing(objects: list[bpy.types.Object]) -> list[str]:
+    """Name the libraries that objects want but that are not there."""
+    wanted: dict[str, list[str]] = {}
+    for obj in objects:
+        for block in (obj, obj.data, obj.instance_collection):
+            if block is not None and block.is_missing:
+                wanted.setdefault(block.library.filepath, []).append(obj.name_full)
+    return [
+        f"Library '{path}' is missing: what {listed(names)} would show of it is left out"
+        for path, names in wanted.items()
+    ]
