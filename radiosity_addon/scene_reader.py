@@ -17,6 +17,7 @@ from ..core.lighting.lamps import Lamp
 from ..core.scene import AUTO, Scene
 from .face_surfaces import FaceSurfaces, SurfaceReader
 from .lamps import read_lamp
+from .objects.evaluation import evaluation
 from .objects.instances import read_instances
 from .objects.meshes import mirrors, placed
 from .objects.roles import excluded, read_roles
@@ -71,21 +72,22 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     notes = differences(enabled)
     scale = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
     surfaces = SurfaceReader()
-    instances = read_instances(depsgraph, enabled, scale, surfaces, notes)
     bodies: list[Body] = []
     lamps: list[Lamp] = []
-    for obj in enabled:
-        if renders_itself(obj):
-            roles = read_roles(obj)
-            if obj.type in HAVE_SURFACES:
-                body = read_body(obj, depsgraph, roles, surfaces, notes)
-                bodies += [body] if body is not None else []
-            elif obj.type == 'LIGHT' and roles.emits:
-                lamp = read_lamp(obj, depsgraph, world_matrix(obj, depsgraph), scale, notes)
-                lamps += [lamp] if lamp is not None else []
-            elif obj.type in NO_SURFACES:
-                notes.append(f"Object '{obj.name_full}' is {NO_SURFACES[obj.type]} without faces and left out")
-        bodies += instances.bodies[obj.name_full]
+    with evaluation(depsgraph) as state:
+        instances = read_instances(state, enabled, scale, surfaces, notes)
+        for obj in enabled:
+            if renders_itself(obj):
+                roles = read_roles(obj)
+                if obj.type in HAVE_SURFACES:
+                    body = read_body(obj, state, roles, surfaces, notes)
+                    bodies += [body] if body is not None else []
+                elif obj.type == 'LIGHT' and roles.emits:
+                    lamp = read_lamp(obj, depsgraph, state.matrix(obj), scale, notes)
+                    lamps += [lamp] if lamp is not None else []
+                elif obj.type in NO_SURFACES:
+                    notes.append(f"Object '{obj.name_full}' is {NO_SURFACES[obj.type]} without faces and left out")
+            bodies += instances.bodies[obj.name_full]
     lamps += instances.lamps
     _check_size(scene, bodies)
     # Last, as these may render, which makes the depsgraph old.
@@ -103,7 +105,7 @@ def _check_size(scene: bpy.types.Scene, bodies: list[Body]) -> None:
         )
     counts: dict[str, int] = {}
     for body in bodies:
-        counts[body.instancer_name] = counts.get(body.instancer_name, 0) + len(body.mesh.material)
+        counts[body.object_name] = counts.get(body.object_name, 0) + len(body.mesh.material)
     total, most = sum(counts.values()), max(counts, key=lambda name: counts[name])
     if total > PATCH_LIMIT:
         raise RadiosityError(

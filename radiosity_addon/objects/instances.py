@@ -13,6 +13,7 @@ import numpy as np
 
 from ..lamps import read_lamp
 from ..rendered import renders_itself
+from ..wording import listed
 from .meshes import LocalMesh, local_mesh
 from .roles import Roles, excluded, read_roles
 from .surfaces import HAVE_SURFACES, Body, evaluated_mesh
@@ -20,9 +21,12 @@ from .surfaces import HAVE_SURFACES, Body, evaluated_mesh
 if TYPE_CHECKING:
     from ...core.lighting.lamps import Lamp
     from ..face_surfaces import SurfaceReader
+    from .evaluation import Evaluation
 
 # What Blender fills up the number of an instance with.
 _UNUSED = 2**31 - 1
+# What every instance of a collection shows; metaballs are not among it.
+_SEEN = HAVE_SURFACES - {'META'} | {'LIGHT'}
 
 
 @dataclass(eq=False)
@@ -41,7 +45,7 @@ class Instances:
 
 
 def read_instances(
-    depsgraph: bpy.types.Depsgraph,
+    state: Evaluation,
     enabled: Iterable[bpy.types.Object],
     scale: float,
     surfaces: SurfaceReader,
@@ -51,7 +55,7 @@ def read_instances(
 
     Parameters
     ----------
-    depsgraph : bpy.types.Depsgraph
+    state : Evaluation
     enabled : iterable of bpy.types.Object
         The objects whose instances show in renders and are not excluded from bakes.
     scale : float
@@ -65,10 +69,9 @@ def read_instances(
     -------
     Instances
     """
-    reader = _Reader(depsgraph, enabled, scale, surfaces, notes)
-    for instance in depsgraph.object_instances:
-        if instance.is_instance:
-            reader.add(instance)
+    reader = _Reader(state, enabled, scale, surfaces, notes)
+    for instance, depsgraph in state.instances():
+        reader.add(instance, depsgraph)
     reader.tell_what_is_left_out()
     return reader.found
 
@@ -91,23 +94,23 @@ class _Reader:
 
     def __init__(
         self,
-        depsgraph: bpy.types.Depsgraph,
+        state: Evaluation,
         enabled: Iterable[bpy.types.Object],
         scale: float,
         surfaces: SurfaceReader,
         notes: list[str],
     ) -> None:
         self.found = Instances()
-        self._depsgraph, self._scale, self._surfaces, self._notes = depsgraph, scale, surfaces, notes
+        self._state, self._scale, self._surfaces, self._notes = state, scale, surfaces, notes
         self._shown = {obj.name_full: _Shown(obj) for obj in enabled}
         self._meshes: dict[int, tuple[LocalMesh, int]] = {}
         self._roles: dict[tuple[str, str], Roles | None] = {}
         self._left_out: Counter[str] = Counter()
 
-    def add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
+    def add(self, instance: bpy.types.DepsgraphObjectInstance, depsgraph: bpy.types.Depsgraph) -> None:
         """Read one instance, if it shows in renders."""
-        source, parent = instance.object, instance.parent.original
-        original = source.original
+        source, parent = instance.object, self._state.original(instance.parent)
+        original = self._state.original(source)
         shown = self._shown.get(parent.name_full)
         if shown is None:
             return
@@ -123,10 +126,10 @@ class _Reader:
         if source.type == 'LIGHT':
             if roles.emits:
                 matrix = np.array(instance.matrix_world, dtype=float)
-                lamp = read_lamp(original, self._depsgraph, matrix, self._scale, self._notes)
+                lamp = read_lamp(original, self._state.depsgraph, matrix, self._scale, self._notes)
                 self.found.lamps += [lamp] if lamp is not None else []
         elif source.type == 'MESH':
-            mesh, surfaces = self._mesh(source)
+            mesh, surfaces = self._mesh(source, depsgraph)
             if len(mesh.topology.corner_vertex):
                 matrix = np.array(instance.matrix_world, dtype=float)
                 body = Body(mesh, surfaces, matrix, roles, None, original.name_full, parent.name_full, number)
@@ -142,6 +145,9 @@ class _Reader:
         for name, count in self._left_out.items():
             what = "1 instance is" if count == 1 else f"{count} instances are"
             self._notes.append(f"Object '{name}': {what} curves, points or volumes without faces and left out")
+        unseen = [name for shown in self._shown.values() for name in shown.unseen]
+        if unseen:
+            self._notes.append(f"Instances of {listed(unseen)} are left out, as the viewport does not show them")
 
     def _roles_of(self, original: bpy.types.Object, parent: bpy.types.Object) -> Roles | None:
         """Return what instances of an object do that another one makes; None where they are excluded."""
@@ -150,13 +156,13 @@ class _Reader:
             self._roles[key] = None if excluded(original) else read_roles(original).within(read_roles(parent))
         return self._roles[key]
 
-    def _mesh(self, source: bpy.types.Object) -> tuple[LocalMesh, int]:
+    def _mesh(self, source: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[LocalMesh, int]:
         """Return the mesh of an instance and the number of its surfaces; each is read once."""
         # Evaluated data stays where it is while the depsgraph is not changed.
         key = source.data.as_pointer()
         if key not in self._meshes:
-            if has_own_mesh(source, self._depsgraph):
-                with evaluated_mesh(source.original.evaluated_get(self._depsgraph)) as mesh:
+            if has_own_mesh(source, depsgraph):
+                with evaluated_mesh(source.original.evaluated_get(depsgraph)) as mesh:
                     self._meshes[key] = local_mesh(mesh), self._surfaces.add(mesh, source)
             else:
                 self._meshes[key] = local_mesh(source.data), self._surfaces.add(source.data, source)
@@ -169,14 +175,23 @@ class _Shown:
     def __init__(self, instancer: bpy.types.Object) -> None:
         self._kind = instancer.instance_type
         self._hidden: set[str] = set()
+        # Those that have not come up yet, in order.
+        self.unseen: dict[str, None] = {}
         self._known: dict[str, bool] = {}
         if self._kind == 'COLLECTION' and instancer.instance_collection is not None:
             shown, everything = _sources(instancer.instance_collection)
             self._hidden = everything - shown
+            objects = {obj.name_full: obj for obj in instancer.instance_collection.all_objects}
+            self.unseen = {
+                name: None
+                for name, obj in objects.items()
+                if name in shown and obj.type in _SEEN and renders_itself(obj)
+            }
 
     def shows(self, original: bpy.types.Object, instance: bpy.types.DepsgraphObjectInstance, depth: int) -> bool:
         """Tell whether an instance of an object shows in renders."""
         if self._kind == 'COLLECTION':
+            self.unseen.pop(original.name_full, None)
             # What is instanced on its parent shows one level further down only.
             return original.name_full not in self._hidden and (depth > 1 or renders_itself(original))
         if self._kind in {'VERTS', 'FACES'}:

@@ -12,9 +12,9 @@ import numpy as np
 
 from ...core.errors import RadiosityError
 from ..face_surfaces import slot_materials
+from .evaluation import Evaluation, evaluation
 from .instances import has_own_mesh, instance_number
 from .meshes import topology
-from .surfaces import world_matrix
 from .targets import Target
 
 if TYPE_CHECKING:
@@ -63,8 +63,9 @@ def remake(targets: Iterable[Target], depsgraph: bpy.types.Depsgraph) -> list[Re
     wanted = {_key(target): target for target in targets}
     found: dict[Key, Remade] = {}
     try:
-        _objects(wanted, depsgraph, found)
-        _instances(wanted, depsgraph, found)
+        with evaluation(depsgraph) as state:
+            _objects(wanted, state, found)
+            _instances(wanted, state, found)
         for key, target in wanted.items():
             same = key in found and topology(found[key].mesh).same(target.evaluated)
             if not same:
@@ -81,26 +82,24 @@ def _key(target: Target) -> Key:
     return target.instancer_name, target.object_name, target.instance
 
 
-def _objects(wanted: dict[Key, Target], depsgraph: bpy.types.Depsgraph, found: dict[Key, Remade]) -> None:
+def _objects(wanted: dict[Key, Target], state: Evaluation, found: dict[Key, Remade]) -> None:
     """Make the meshes of objects."""
     objects = {obj.name_full: obj for obj in bpy.data.objects}
     for key, target in wanted.items():
         if not target.instance and target.object_name in objects:
             obj = objects[target.object_name]
-            mesh = _new_mesh(obj.evaluated_get(depsgraph), depsgraph)
-            found[key] = Remade(target, mesh, world_matrix(obj, depsgraph))
+            mesh = _new_mesh(*state.whole(obj))
+            found[key] = Remade(target, mesh, state.matrix(obj))
 
 
-def _instances(wanted: dict[Key, Target], depsgraph: bpy.types.Depsgraph, found: dict[Key, Remade]) -> None:
+def _instances(wanted: dict[Key, Target], state: Evaluation, found: dict[Key, Remade]) -> None:
     """Make the meshes of instances."""
     if not any(target.instance for target in wanted.values()):
         return
-    for instance in depsgraph.object_instances:
-        if not instance.is_instance or instance.object.type != 'MESH':
-            continue
-        parent, original = instance.parent.original, instance.object.original
+    for instance, depsgraph in state.instances():
+        parent, original = state.original(instance.parent), state.original(instance.object)
         key = parent.name_full, original.name_full, instance_number(instance)
-        if key in wanted:
+        if instance.object.type == 'MESH' and key in wanted:
             mesh = _new_mesh(instance.object, depsgraph)
             found[key] = Remade(wanted[key], mesh, np.array(instance.matrix_world, dtype=float))
 

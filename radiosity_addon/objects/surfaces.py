@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..face_surfaces import SurfaceReader
+    from .evaluation import Evaluation
 
     FloatArray = NDArray[np.float64]
 
@@ -104,14 +105,14 @@ _NONE = np.zeros(0, dtype=np.int64)
 
 
 def read_body(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, roles: Roles, surfaces: SurfaceReader, notes: list[str]
+    obj: bpy.types.Object, state: Evaluation, roles: Roles, surfaces: SurfaceReader, notes: list[str]
 ) -> Body | None:
     """Read an object of one of the types in `HAVE_SURFACES`.
 
     Parameters
     ----------
     obj : bpy.types.Object
-    depsgraph : bpy.types.Depsgraph
+    state : Evaluation
     roles : Roles
         What it does with light.
     surfaces : SurfaceReader
@@ -127,9 +128,7 @@ def read_body(
     if obj.mode == 'EDIT' and obj.type == 'MESH':
         # The mesh itself is old while it is edited; this brings it up to date, as saving the file would.
         obj.update_from_editmode()
-    evaluated = obj.evaluated_get(depsgraph)
-    if not evaluated.is_evaluated and (obj.modifiers or obj.constraints):
-        notes.append(f"Object '{obj.name_full}' is disabled in viewports and is read without modifiers and constraints")
+    evaluated = state.evaluated(obj)
     with evaluated_mesh(evaluated) as mesh:
         if len(mesh.polygons) == 0:
             if obj.type == 'MESH' and len(obj.data.polygons):
@@ -139,7 +138,7 @@ def read_body(
         number = surfaces.add(mesh, evaluated)
     own = _own(obj, found) if obj.type == 'MESH' else None
     name = obj.name_full
-    return Body(found, number, world_matrix(obj, depsgraph), roles, own, name, name)
+    return Body(found, number, state.matrix(obj), roles, own, name, name)
 
 
 @contextmanager

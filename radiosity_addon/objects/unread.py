@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import bpy
 
 from ..wording import listed
+from .surfaces import HAVE_SURFACES
 
 # Modifiers with a number of levels of their own for renders.
 _LEVELS = {'SUBSURF', 'MULTIRES'}
@@ -30,7 +31,7 @@ def differences(enabled: Iterable[bpy.types.Object]) -> list[str]:
     lines = []
     for what, names in (
         ("{0}: modifiers are other in renders; they are read as the viewport shows them", _modified(found)),
-        ("{0}: shadow catchers are read like any other surface", _named(found, "is_shadow_catcher")),
+        ("{0}: shadow catchers are read like any other surface", _shadow_catchers(found)),
         ("{0}: hair has no faces and is left out", _with_particles(found, _is_hair)),
         ("{0}: particles are read as the viewport shows them, which is not all of them", _with_particles(found, _few)),
     ):
@@ -50,8 +51,9 @@ def _differs(modifier: bpy.types.Modifier) -> bool:
     return modifier.show_render and modifier.type in _LEVELS and modifier.levels != modifier.render_levels
 
 
-def _named(objects: list[bpy.types.Object], switch: str) -> list[str]:
-    return [obj.name_full for obj in objects if getattr(obj, switch)]
+def _shadow_catchers(objects: list[bpy.types.Object]) -> list[str]:
+    # Lamps have that flag as well, and mostly set.
+    return [obj.name_full for obj in objects if obj.type in HAVE_SURFACES and obj.is_shadow_catcher]
 
 
 def _with_particles(objects: list[bpy.types.Object], fits: Callable[[bpy.types.ParticleSettings], bool]) -> list[str]:

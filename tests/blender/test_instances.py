@@ -204,8 +204,30 @@ def everything(blender, scene):
     add_object(blender, scene.collection, "Ball", blender.data.metaballs.new("Ball")).data.elements.new()
 
 
-def test_the_instances_are_those_that_a_render_shows(read, scene, blender):
+def hide_instancers(blender, scene, way):
+    """Hide what makes instances, in the viewport only."""
+    names = (
+        "One tree",
+        "One forest",
+        "VERTS shown",
+        "FACES not shown",
+        "Trees by nodes",
+        "Particles OBJECT",
+        "No tree",
+    )
+    for name in (*names, "Cubes by nodes", "More words"):
+        obj = scene.objects[name]
+        if way == 'EYE':
+            obj.hide_set(True)
+        elif way == 'MONITOR':
+            obj.hide_viewport = True
+
+
+@pytest.mark.parametrize("way", [None, 'EYE', 'MONITOR'])
+def test_the_instances_are_those_that_a_render_shows(read, scene, blender, way):
     everything(blender, scene)
+    hide_instancers(blender, scene, way)
+    before = len(blender.data.objects), len(blender.data.scenes)
     found = read()
     # Blender's own list is right by definition; the names in it are of objects, so this is what is where.
     ours, theirs = Counter(shown_in_bakes(found)), Counter(shown_in_renders(blender, scene))
@@ -213,10 +235,15 @@ def test_the_instances_are_those_that_a_render_shows(read, scene, blender):
     # Each is told apart by what Blender keeps telling.
     keys = [(target.instancer_name, target.object_name, target.instance) for target in found.targets]
     assert len(set(keys)) == len(keys) > 40
+    assert all("modifiers leave none of its faces" in warning for warning in found.scene.warnings)
+    # Only the camera is new.
+    assert before == (len(blender.data.objects) - 1, len(blender.data.scenes))
 
 
-def test_what_was_lit_can_be_made_again(read, module, scene, blender):
+@pytest.mark.parametrize("way", [None, 'MONITOR'])
+def test_what_was_lit_can_be_made_again(read, module, scene, blender, way):
     everything(blender, scene)
+    hide_instancers(blender, scene, way)
     one, two = glowing(0.1, 0.0), glowing(0.2, 0.0)
     array = add_mesh(scene, "Array", SQUARE, [(0, 1, 2, 3)], one)
     array.modifiers.new("Array", 'ARRAY')
@@ -245,6 +272,16 @@ def test_what_was_changed_is_not_made_again(read, extension, module, scene, blen
     with pytest.raises(error, match="Trunk' was edited or removed"):
         module("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
     assert len(blender.data.meshes) == before
+
+
+def test_what_the_viewport_does_not_show_of_a_collection_is_told(read, scene, blender):
+    inside = add_collection(blender, "Inside")
+    for name in ("Shown", "Hidden"):
+        add_mesh(scene, name, SQUARE, [(0, 1, 2, 3)], collection=inside).hide_viewport = name == "Hidden"
+    instance(blender, scene, inside)
+    reading = read()
+    assert [target.object_name for target in reading.targets] == ["Shown"]
+    assert list(reading.scene.warnings) == ["Instances of 'Hidden' are left out, as the viewport does not show them"]
 
 
 def test_lamps_in_instances_shine_where_the_instances_are(read, scene, blender):
@@ -283,7 +320,7 @@ def test_more_faces_than_fit_are_refused_before_they_are_made(extension, read, m
     instance(blender, scene, boxes, "Many")
     instance(blender, scene, boxes, "Many more")
     error = importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
-    with pytest.raises(error, match=r"12 faces \(10 at most\), 6 of them in object 'Many' and its instances"):
+    with pytest.raises(error, match=r"12 faces \(10 at most\), 12 of them in object 'Box' and its instances"):
         read()
 
 

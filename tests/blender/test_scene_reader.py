@@ -139,16 +139,29 @@ def test_what_renders_counts_and_nothing_else(read, scene, blender):
     assert set(read().scene.object_names) == {"In two collections", "Eye closed", "Not in viewports"}
 
 
-def test_an_object_disabled_in_viewports_is_where_it_would_render(read, scene):
+def test_an_object_disabled_in_viewports_is_what_it_would_render(read, scene, blender):
     parent = add_square(scene, "Parent")
     parent.location = (5, 0, 0)
-    hidden = add_square(scene, "Hidden")
-    hidden.parent, hidden.location, hidden.hide_viewport = parent, (0, 7, 0), True
+    scene.frame_set(7)
+    for name in ("Hidden", "In hidden collection"):
+        where = blender.data.collections.new(name)
+        scene.collection.children.link(where)
+        hidden = add_mesh(scene, name, SQUARE, [(0, 1, 2, 3)], collection=where)
+        hidden.parent, hidden.location = parent, (0, 7, 0)
+        hidden.modifiers.new("Array", 'ARRAY').count = 3
+        hidden.constraints.new('LIMIT_LOCATION').use_min_z = True
+        hidden.constraints[0].min_z = 2.0
+        hidden.driver_add("location", 0).driver.expression = "frame"
+        hidden.hide_viewport = name == "Hidden"
+        where.hide_viewport = name != "Hidden"
+    counts = [len(getattr(blender.data, kind)) for kind in ("scenes", "objects", "meshes", "actions")]
     reading = read()
-    assert np.allclose(positions(reading.scene)[reading.targets[1].scene_corner[0]], (5, 7, 0))
+    assert len(reading.scene.face_area) == 1 + 3 + 3
+    for target in reading.targets[1:]:
+        np.testing.assert_allclose(positions(reading.scene)[target.scene_corner[0]], (12, 7, 2), atol=1e-6)
     assert not reading.scene.warnings
-    hidden.modifiers.new("Bend", 'SIMPLE_DEFORM')
-    assert any("'Hidden'" in warning for warning in read().scene.warnings)
+    assert counts == [len(getattr(blender.data, kind)) for kind in ("scenes", "objects", "meshes", "actions")]
+    assert blender.context.scene == scene and scene.frame_current == 7
 
 
 def test_modifiers_that_keep_the_faces_move_them(read, scene):
