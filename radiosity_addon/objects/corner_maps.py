@@ -70,9 +70,12 @@ def _still_there(before: Topology, after: Topology) -> IntArray | None:
     if len(after.corner_vertex) < corners or not np.array_equal(after.face_start[: len(starts)], starts):
         return None
     vertex = after.corner_vertex[:corners]
-    # A vertex that was split off is a new one.
-    kept = (vertex == before.corner_vertex) | (vertex >= before.vertex_count)
-    return np.arange(corners) if kept.all() else None
+    # A vertex that was split is a new one at some of its corners, but not at all of them.
+    kept = vertex == before.corner_vertex
+    known = np.zeros(before.vertex_count, dtype=bool)
+    known[vertex[kept]] = True
+    same = (kept | (vertex >= before.vertex_count)).all() and known[before.corner_vertex].all()
+    return np.arange(corners) if same else None
 
 
 def _subdivided(before: Topology, after: Topology) -> IntArray | None:

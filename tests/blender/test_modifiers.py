@@ -104,18 +104,19 @@ def test_each_corner_finds_itself_behind_a_modifier(read, scene, kind, settings)
     assert (np.einsum("ij,ij->i", way, own - own_corners(obj)) > -0.1).all()
 
 
+@pytest.mark.parametrize(("vertices", "faces"), [(VERTICES, FACES), (CUBE_VERTICES, CUBE_FACES)])
 @pytest.mark.parametrize("levels", [1, 3])
-def test_each_corner_finds_its_part_of_a_smooth_subdivided_face(read, scene, levels):
-    obj = add_mesh(scene, "Mesh", VERTICES, FACES)
+def test_each_corner_finds_its_part_of_a_smooth_subdivided_face(read, scene, vertices, faces, levels):
+    obj = add_mesh(scene, "Mesh", vertices, faces)
     modify(obj, 'SUBSURF', levels=levels)
     modify(obj, 'ARRAY', count=2)
-    reading = read()
-    (target,) = reading.targets
+    (target,) = read().targets
     assert target.carried.name == 'FOUND'
     assert (target.evaluated.corner_vertex[target.scene_corner] == target.corner_vertex).all()
-    parts = np.array([4**levels, 3 * 4 ** (levels - 1), 5 * 4 ** (levels - 1)])
+    sizes = np.array([len(face) for face in faces])
+    parts = np.where(sizes == 4, 4**levels, sizes * 4 ** (levels - 1))
     face = np.searchsorted(np.cumsum(parts), target.scene_corner // 4, side="right")
-    assert face.tolist() == [0] * 4 + [1] * 3 + [2] * 5
+    assert face.tolist() == np.repeat(np.arange(len(faces)), sizes).tolist()
 
 
 @pytest.mark.parametrize(
