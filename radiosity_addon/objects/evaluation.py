@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 _INSTANCING = {'NODES', 'PARTICLE_SYSTEM'}
 _SIMPLIFY = ("use_simplify", "simplify_subdivision", "simplify_child_particles")
 
+Copies = dict[str, tuple[bpy.types.Object, bpy.types.Object]]
+
 
 class Evaluation:
     """Objects and instances as they look with modifiers, constraints and parents.
@@ -28,7 +30,7 @@ class Evaluation:
     depsgraph : bpy.types.Depsgraph
         Of the view layer.
     copies : dict
-        Copies that are shown in place of hidden objects, by the full name of those.
+        Hidden objects and their copies that are shown in their place, by the full name of the former.
     hidden : bpy.types.Depsgraph, optional
         In which the copies are evaluated.
     """
@@ -36,16 +38,16 @@ class Evaluation:
     def __init__(
         self,
         depsgraph: bpy.types.Depsgraph,
-        copies: dict[str, bpy.types.Object],
+        copies: Copies,
         hidden: bpy.types.Depsgraph | None = None,
     ) -> None:
         self.depsgraph = depsgraph
         self._copies, self._hidden = copies, hidden
-        self._originals = {copy.name_full: bpy.data.objects[name] for name, copy in copies.items()}
+        self._originals = {copy.name_full: obj for obj, copy in copies.values()}
 
     def evaluated(self, obj: bpy.types.Object) -> bpy.types.Object:
         """Return an object's evaluated state."""
-        copy = self._copies.get(obj.name_full)
+        _, copy = self._copies.get(obj.name_full, (obj, None))
         return obj.evaluated_get(self.depsgraph) if copy is None else copy.evaluated_get(self._hidden)
 
     def whole(self, obj: bpy.types.Object) -> tuple[bpy.types.Object, bpy.types.Depsgraph]:
@@ -91,7 +93,8 @@ def evaluation(depsgraph: bpy.types.Depsgraph) -> Iterator[Evaluation]:
     if not hidden:
         yield Evaluation(depsgraph, {})
         return
-    scene, copies = bpy.data.scenes.new("Radiosity"), {}
+    scene = bpy.data.scenes.new("Radiosity")
+    copies: Copies = {}
     try:
         _copy_time(depsgraph.scene, scene)
         for obj in hidden:
@@ -116,8 +119,8 @@ def _unknown(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, layer: bpy.t
 def _copy_time(source: bpy.types.Scene, scene: bpy.types.Scene) -> None:
     """Bring a scene to the same time and the same simplification."""
     scene.render.fps, scene.render.fps_base = source.render.fps, source.render.fps_base
-    if source.frame_current_final != scene.frame_current_final:
-        scene.frame_set(source.frame_current, subframe=source.frame_subframe)
+    # Not by `frame_set`, which calls what other add-ons do on a change of frame.
+    scene.frame_float = source.frame_float
     for name in _SIMPLIFY:
         setattr(scene.render, name, getattr(source.render, name))
 
@@ -125,7 +128,7 @@ def _copy_time(source: bpy.types.Scene, scene: bpy.types.Scene) -> None:
 def _show_copy(
     obj: bpy.types.Object,
     scene: bpy.types.Scene,
-    copies: dict[str, bpy.types.Object],
+    copies: Copies,
     parent: bpy.types.Object | None,
 ) -> None:
     """Put a copy of an object into a scene, with those of its children that it makes instances of."""
@@ -136,8 +139,8 @@ def _show_copy(
     if copy.parent != parent:
         copy.parent = parent
     scene.collection.objects.link(copy)
-    copies[obj.name_full] = copy
+    copies[obj.name_full] = obj, copy
     if obj.instance_type in {'VERTS', 'FACES'}:
         for child in obj.children_recursive:
-            above = copies.get(child.parent.name_full, child.parent)
+            _, above = copies.get(child.parent.name_full, (None, child.parent))
             _show_copy(child, scene, copies, above)

@@ -233,6 +233,18 @@ def test_what_is_linked_gives_light_and_is_not_written(library, bake, read, blen
         assert any(f"Mesh '{name}" in line and "linked from a library" in line for line in warnings)
 
 
+@pytest.mark.parametrize("hidden", ["Object", "Own object", "Instancer"])
+def test_what_is_linked_may_be_hidden_in_the_viewport(library, read, blender, hidden):
+    names = [target.name for target in read().targets]
+    collection = blender.data.collections.new("Hidden")
+    blender.context.scene.collection.children.link(collection)
+    obj = blender.context.scene.objects[hidden]
+    blender.context.scene.collection.objects.unlink(obj)
+    collection.objects.link(obj)
+    collection.hide_viewport = True
+    assert sorted(target.name for target in read().targets) == sorted(names)
+
+
 def test_an_override_of_a_library_is_written_where_its_mesh_is_local(library, bake, blender):
     linked = blender.data.objects["Object"]
     override = linked.override_create()
