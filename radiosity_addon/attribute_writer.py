@@ -16,15 +16,13 @@ from numpy.typing import NDArray
 from ..core.errors import RadiosityError
 from ..core.scene import Scene
 from ..core.shading import corner_angles, vertex_means
-from .destination import BYTE, Destination
+from .color_attributes import ByteLoss, store_colors
+from .destination import Destination
+from .modes import leave_modes_with_own_undo
 from .objects.targets import Target, stored_in_place
 
 if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
-
-OWN_UNDO = {'EDIT', 'SCULPT', 'TEXTURE_PAINT'}
-# Bytes hold up to 1; what rounds to that is not cut off.
-_WHITE = 1.0 + 0.5 / 255.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,31 +122,16 @@ def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> li
         obstacle = _obstacle(meshes[target.mesh_uid], target, plan.destination.attribute, groups)
         if obstacle is not None:
             raise RadiosityError(f"{obstacle}; nothing was written")
-    _leave_modes_with_own_undo()
+    leave_modes_with_own_undo()
     weight = corner_angles(scene) if plan.destination.domain == 'POINT' else None
-    clipped = total = 0
+    loss = ByteLoss(plan.destination)
     for target in plan.targets:
         colors = corner_radiance[target.scene_corner]
         if weight is not None:
             colors = vertex_means(colors, weight[target.scene_corner], target.corner_vertex, target.vertex_count)
         store_colors(meshes[target.mesh_uid], plan.destination, colors)
-        clipped, total = clipped + too_bright(colors), total + len(colors)
-    return byte_warnings(plan.destination, clipped, total)
-
-
-def too_bright(colors: FloatArray) -> int:
-    """Return how many colors bytes cannot hold."""
-    return int(np.count_nonzero((colors > _WHITE).any(axis=1)))
-
-
-def byte_warnings(destination: Destination, clipped: int, total: int) -> list[str]:
-    """Tell what bytes have cut off of some colors, in one line or none."""
-    if destination.data_type != BYTE or not clipped:
-        return []
-    return [
-        f"{clipped / total:.1%} of the colors are brighter than 1, where bytes end, and are clipped; store floats to "
-        "keep them, or lower the light"
-    ]
+        loss.add(colors)
+    return loss.warnings()
 
 
 def _meshes_by_uid() -> dict[int, bpy.types.Mesh]:
@@ -189,42 +172,3 @@ def _check_unchanged(mesh: bpy.types.Mesh | None, target: Target) -> None:
             f"The mesh of object '{target.object_name}' was edited or removed during the bake, nothing was written: "
             "bake again"
         )
-
-
-def _leave_modes_with_own_undo() -> None:
-    """Switch to Object Mode from where Undo only knows the active mesh and would not take the colors off the others.
-
-    In Edit Mode, what is written to the mesh would also be lost when editing ends.
-    """
-    for obj in bpy.data.objects:
-        if obj.type == 'MESH' and obj.mode in OWN_UNDO:  # leaving Edit Mode with one object leaves it with all
-            with bpy.context.temp_override(object=obj, active_object=obj):
-                bpy.ops.object.mode_set(mode='OBJECT')
-                # Called from an operator it leaves no step to go back to; without a window there are no steps.
-                if bpy.ops.ed.undo_push.poll():
-                    bpy.ops.ed.undo_push(message="Object Mode")
-
-
-def store_colors(mesh: bpy.types.Mesh, destination: Destination, colors: FloatArray) -> None:
-    """Get or create the color attribute of a mesh, fill it, and make it the active one.
-
-    Parameters
-    ----------
-    mesh : bpy.types.Mesh
-    destination : Destination
-    colors : ndarray of shape (n, 3)
-        Linear, one for each corner or vertex.
-    """
-    name, kind = destination.attribute, (destination.domain, destination.data_type)
-    existing = mesh.color_attributes.get(name)
-    if existing is not None and (existing.domain, existing.data_type) != kind:
-        mesh.color_attributes.remove(existing)
-        existing = None
-    layer = existing or mesh.color_attributes.new(name, destination.data_type, destination.domain)
-    rgba = np.ones((len(colors), 4), dtype=np.float32)
-    # Bytes are clamped here and not by Blender, whose versions may differ in what they do with 256.
-    rgba[:, :3] = np.clip(colors, 0.0, 1.0) if destination.data_type == BYTE else colors
-    layer.data.foreach_set("color", rgba.ravel())
-    mesh.attributes.active_color_name = name
-    mesh.attributes.default_color_name = name
-    mesh.update()

@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..core import bake as core_bake
 from ..core.errors import RadiosityError
 from ..core.progress import Progress
+from ..core.report import scene_counts
 from ..core.scene import Scene
 from ..core.settings import Settings
 from .attribute_writer import Plan, plan_writing, write_attribute
-from .destination import Destination
+from .copies.baked_copy import CopyPlan, plan_copies, write_copies
+from .copies.collection import originals_shown
+from .destination import COPY, Destination
 from .scene_reader import Reading, read_scene
 
 if TYPE_CHECKING:
@@ -78,21 +81,35 @@ def bake_scene(
         When the scene or a setting cannot be baked; nothing has been written then.
     """
     started = time.perf_counter()
-    reading = read_scene(scene, view_layer, depsgraph)
-    plan = plan_writing(reading.targets, destination)
+    with originals_shown():
+        reading = read_scene(scene, view_layer, depsgraph)
     _require_light(reading.scene)
+    plan: Plan | CopyPlan
+    if destination.target == COPY:
+        plan = plan_copies(reading.scene, reading.targets, settings, destination, view_layer)
+    else:
+        plan = plan_writing(reading.targets, destination)
     seconds_read = time.perf_counter() - started
     # Undo or loading a file frees Blender's data while a modal bake waits: keep none of it between two steps.
     del scene, view_layer, depsgraph
     yield Progress("Reading the scene", 1.0)
 
-    bake = yield from core_bake.bake(reading.scene, settings)
+    if isinstance(plan, CopyPlan):
+        # Its faces are as fine as the patches.
+        bake = yield from core_bake.bake(plan.scene, replace(settings, max_edge=None, subdivide=1))
+    else:
+        bake = yield from core_bake.bake(reading.scene, settings)
 
     writing = time.perf_counter()
-    lost = write_attribute(plan, reading.scene, bake.corner_radiance)
+    if isinstance(plan, CopyPlan):
+        lost = write_copies(plan, bake.corner_radiance)
+    else:
+        lost = write_attribute(plan, reading.scene, bake.corner_radiance)
     done = time.perf_counter()
     seconds = {"read": seconds_read, "write": done - writing, "total": done - started}
-    return SceneBake(_report(bake, reading, plan, lost, seconds), bake)
+    report = _report(bake, reading, plan, lost, seconds)
+    report["settings"] = asdict(settings) | asdict(destination)
+    return SceneBake(report, bake)
 
 
 def _require_light(scene: Scene) -> None:
@@ -105,14 +122,14 @@ def _require_light(scene: Scene) -> None:
 
 
 def _report(
-    bake: core_bake.Bake, reading: Reading, plan: Plan, lost: list[str], seconds: dict[str, float]
+    bake: core_bake.Bake, reading: Reading, plan: Plan | CopyPlan, lost: list[str], seconds: dict[str, float]
 ) -> dict[str, Any]:
     """Add to the core's figures what only the add-on knows."""
     report = bake.report.as_dict()
     written = set(map(id, plan.targets))
     report["seconds"] = report["seconds"] | seconds
     report["warnings"] = [*report["warnings"], *plan.warnings, *lost]
-    report["settings"] = report["settings"] | asdict(plan.destination)
+    report["scene"] = scene_counts(reading.scene)
     report["objects"] = [
         {
             "name": target.name,

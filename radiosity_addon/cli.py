@@ -26,7 +26,7 @@ from ..core.settings import Settings
 from . import object_properties
 from .baking import SceneBake, bake_scene
 from .cli_options import ENDINGS, parse
-from .destination import Destination
+from .destination import COPY, Destination
 from .gltf import export_glb
 from .outputs import check_output, replacing
 from .picture import render_picture
@@ -103,7 +103,7 @@ def _run(options: argparse.Namespace, settings: Settings, destination: Destinati
     source, settings = _open(options.input, settings)
 
     bake = _bake(settings, destination)
-    stops = _write(files, bake.report, options)
+    stops = _write(files, bake.report, options, destination)
     for warning in bake.report["warnings"]:
         print(f"radiosity: warning: {warning}", file=sys.stderr)
     if not files:
@@ -111,7 +111,7 @@ def _run(options: argparse.Namespace, settings: Settings, destination: Destinati
             "radiosity: warning: nothing was written: name a file with --output, --gltf, --render or --report",
             file=sys.stderr,
         )
-    print("\n".join(_summary(source, bake.report, options.attribute)))
+    print("\n".join(_summary(source, bake.report, destination)))
     for name, path in files.items():
         print(f"Written:  {path}" + (f" (exposure {stops[name]:+.2f} stops)" if name in stops else ""))
 
@@ -177,17 +177,24 @@ def _follow(steps: Generator[Progress, None, SceneBake]) -> SceneBake:
         stage, told = progress.stage, now
 
 
-def _write(files: dict[str, Path], report: dict[str, Any], options: argparse.Namespace) -> dict[str, float]:
+def _write(
+    files: dict[str, Path], report: dict[str, Any], options: argparse.Namespace, destination: Destination
+) -> dict[str, float]:
     """Write every file that was asked for; return the exposures that were applied [stops]."""
     stops = {}
+    shown = {
+        "attribute": destination.attribute,
+        "exposure": options.exposure,
+        "copies": destination.target == COPY,
+    }
     if "output" in files:
         _save(files["output"])
     if "gltf" in files:
         with quiet():
-            stops["gltf"] = export_glb(files["gltf"], _depsgraph(), options.attribute, options.exposure)
+            stops["gltf"] = export_glb(files["gltf"], _depsgraph(), **shown)
     if "render" in files:
         with quiet():
-            stops["render"] = render_picture(files["render"], _depsgraph(), options.attribute, options.exposure)
+            stops["render"] = render_picture(files["render"], _depsgraph(), **shown)
     if "report" in files:
         with replacing(files["report"]) as temporary:
             temporary.write_text(json.dumps(report, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -203,7 +210,7 @@ def _save(path: Path) -> None:
         raise RadiosityError(f"Cannot write {path}: {_reason(error)}") from error
 
 
-def _summary(source: Path, report: dict[str, Any], attribute: str) -> Iterator[str]:
+def _summary(source: Path, report: dict[str, Any], destination: Destination) -> Iterator[str]:
     """Yield what was done, a line for each kind of figure."""
     scene, energy, rows, seconds = (report[key] for key in ("scene", "energy", "row_sum", "seconds"))
     end = "converged" if report["converged"] else "NOT converged"
@@ -219,4 +226,5 @@ def _summary(source: Path, report: dict[str, Any], attribute: str) -> Iterator[s
         f"{energy['escaped']:.4g} W escaped, error {energy['error']:.2%}"
     )
     yield f"Time:     {seconds['total']:.1f} s, peak memory {report['peak_memory_mb']:.0f} MB"
-    yield f"Baked:    \"{attribute}\" on {written} objects"
+    on = "copies" if destination.target == COPY else "objects"
+    yield f"Baked:    \"{destination.attribute}\" on {written} {on}"

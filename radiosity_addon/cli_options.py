@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from ..core.errors import RadiosityError
 from ..core.settings import FORM_FACTORS, LIGHTS, METHODS, QUALITIES, SIDES, Settings
-from .destination import DATA_TYPES, DOMAINS, Destination
+from .destination import DATA_TYPES, DOMAINS, TARGETS, Destination
 
 WRONG_USAGE = 2
 ENDINGS = {"output": ".blend", "gltf": ".glb", "render": ".png", "report": ".json"}
@@ -114,6 +114,15 @@ def _add_destination(parser: argparse.ArgumentParser) -> None:
     chosen = Destination()
     parser.add_argument("--attribute", default=chosen.attribute, metavar="NAME", help="color attribute (%(default)s)")
     parser.add_argument(
+        "--target",
+        type=_target,
+        metavar="in-place|copy",
+        help="which meshes get the colors: the scene's own, or copies that are as fine as the patches (in-place)",
+    )
+    parser.add_argument(
+        "--hide-originals", action="store_true", default=None, help="hide what has a copy, in the scene that is saved"
+    )
+    parser.add_argument(
         "--domain",
         type=str.upper,
         choices=DOMAINS,
@@ -132,6 +141,14 @@ def _data_type(text: str) -> str:
     known = f"{text.upper()}_COLOR"
     if known not in DATA_TYPES:
         raise argparse.ArgumentTypeError(f"{text} is no data type: give float or byte")
+    return known
+
+
+def _target(text: str) -> str:
+    """Return Blender's word for where colors go."""
+    known = text.upper().replace("-", "_")
+    if known not in TARGETS:
+        raise argparse.ArgumentTypeError(f"{text} is no target: give in-place or copy")
     return known
 
 

@@ -8,6 +8,8 @@ from ..core.errors import RadiosityError
 DOMAINS = ('CORNER', 'POINT')
 FLOAT, BYTE = 'FLOAT_COLOR', 'BYTE_COLOR'
 DATA_TYPES = (FLOAT, BYTE)
+IN_PLACE, COPY = 'IN_PLACE', 'COPY'
+TARGETS = (IN_PLACE, COPY)
 LONGEST_NAME = 63  # bytes: what Blender 4.2 keeps of a name
 # Attributes of Blender's own, which need not be there to be missed.
 RESERVED = ("position", "material_index", "sharp_face", "sharp_edge", "crease_edge", "custom_normal", "id")
@@ -25,6 +27,11 @@ class Destination:
         What carries a color.
     data_type : {'FLOAT_COLOR', 'BYTE_COLOR'}
         Floats keep every radiance. Bytes hold 0 to 1 in 256 steps of sRGB; what is brighter becomes 1.
+    target : {'IN_PLACE', 'COPY'}
+        The user's own meshes, or new objects in a collection of their own, one for each object and instance, with
+        modifiers applied and as fine as the patches.
+    hide_originals : bool
+        Whether what has a copy is hidden behind it.
 
     Raises
     ------
@@ -35,6 +42,8 @@ class Destination:
     attribute: str = "Radiosity"
     domain: str = 'CORNER'
     data_type: str = FLOAT
+    target: str = IN_PLACE
+    hide_originals: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what Blender could not store, or would store under another name."""
@@ -45,6 +54,10 @@ class Destination:
             )
         if self.attribute.startswith(".") or self.attribute in RESERVED:
             raise RadiosityError(f"Blender itself uses attributes named '{self.attribute}': choose another name")
-        for what, value, allowed in (("domain", self.domain, DOMAINS), ("data type", self.data_type, DATA_TYPES)):
+        for what, value, allowed in (
+            ("domain", self.domain, DOMAINS),
+            ("data type", self.data_type, DATA_TYPES),
+            ("target", self.target, TARGETS),
+        ):
             if value not in allowed:
                 raise RadiosityError(f"The {what} cannot be {value!r}: give one of {', '.join(allowed)}")

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
 from ..core.exposure import automatic_exposure, expose
+from .copies.collection import COPY_OF, originals_shown
 from .materials import read_material
+from .placement import place
 from .rendered import rendered_objects
 from .scene_reader import world_matrix
 from .unlit import unlit_materials
@@ -65,7 +67,12 @@ class _Part:
 
 @contextmanager
 def display_scene(
-    depsgraph: bpy.types.Depsgraph, attribute: str, exposure: float | None = None, *, see_through: bool = False
+    depsgraph: bpy.types.Depsgraph,
+    attribute: str,
+    exposure: float | None = None,
+    *,
+    copies: bool = False,
+    see_through: bool = False,
 ) -> Iterator[DisplayScene]:
     """Build a scene that shows a baked attribute; remove it afterwards.
 
@@ -77,6 +84,8 @@ def display_scene(
         Name of the color attribute. Only meshes that have it, and that renders show, are in the scene.
     exposure : float, optional
         Stops. When not given: the exposure that the scene's own color management sets, else an automatic one.
+    copies : bool
+        Whether to show the baked copies, and not what was baked in place.
     see_through : bool
         Whether renders show no face from behind, even where the user's material does.
 
@@ -94,7 +103,8 @@ def display_scene(
     scene = None
     try:
         # Creating data makes the depsgraph old, so everything is read from it first.
-        parts = list(_read_parts(depsgraph, attribute, made))
+        with originals_shown():
+            parts = list(_read_parts(depsgraph, attribute, copies, made))
         if not parts:
             raise RadiosityError(f'No visible mesh has a color attribute "{attribute}": bake it first')
         source = depsgraph.scene
@@ -124,9 +134,11 @@ def display_scene(
         bpy.data.batch_remove(made)
 
 
-def _read_parts(depsgraph: bpy.types.Depsgraph, attribute: str, made: list[bpy.types.ID]) -> Iterator[_Part]:
+def _read_parts(
+    depsgraph: bpy.types.Depsgraph, attribute: str, copies: bool, made: list[bpy.types.ID]
+) -> Iterator[_Part]:
     """Copy the evaluated mesh of every baked object, and read its colors."""
-    for obj in rendered_objects(depsgraph.view_layer):
+    for obj in rendered_objects(depsgraph.view_layer, copies=copies):
         if obj.type != 'MESH' or attribute not in obj.data.color_attributes:
             continue
         evaluated = obj.evaluated_get(depsgraph)
@@ -142,7 +154,7 @@ def _read_parts(depsgraph: bpy.types.Depsgraph, attribute: str, made: list[bpy.t
         baked.data.foreach_get("color", colors)
         materials = tuple(slot.material for slot in obj.material_slots) or (None,)
         yield _Part(
-            name=obj.name,
+            name=obj.get(COPY_OF, obj.name),
             mesh_name=obj.data.name,
             mesh=mesh,
             matrix=Matrix(world_matrix(obj, depsgraph).tolist()),
@@ -226,13 +238,5 @@ def _place(part: _Part, scene: bpy.types.Scene, made: list[bpy.types.ID]) -> bpy
     copy = bpy.data.objects.new(_OBJECT, part.mesh)
     made.append(copy)
     scene.collection.objects.link(copy)
-    copy.matrix_world = part.matrix
-    location, rotation, scale = part.matrix.decompose()
-    error = np.abs(np.array(Matrix.LocRotScale(location, rotation, scale)) - np.array(part.matrix)).max()
-    # A stretched parent shears its children, which no location, rotation and scale can say.
-    if error > 1e-5 * max(1.0, *(abs(s) for s in scale)):
-        copy.matrix_world = Matrix.Identity(4)
-        part.mesh.transform(part.matrix)
-        if part.matrix.determinant() < 0.0:
-            part.mesh.flip_normals()
+    place(copy, part.matrix)
     return copy

@@ -22,7 +22,12 @@ _COLOR_STEP = 1.0 / 65535.0
 
 
 def export_glb(
-    path: Path, depsgraph: bpy.types.Depsgraph, attribute: str = "Radiosity", exposure: float | None = None
+    path: Path,
+    depsgraph: bpy.types.Depsgraph,
+    attribute: str = "Radiosity",
+    exposure: float | None = None,
+    *,
+    copies: bool = False,
 ) -> float:
     """Export the objects that have a baked attribute, and the scene's camera, as a binary glTF file.
 
@@ -36,6 +41,8 @@ def export_glb(
         Name of the baked color attribute.
     exposure : float, optional
         Stops; as for `display_scene` when not given. Colors are clamped to [0, 1] after it, as glTF demands (3.7.2.1).
+    copies : bool
+        Whether to export the baked copies, and not what was baked in place.
 
     Returns
     -------
@@ -48,7 +55,7 @@ def export_glb(
         If nothing is baked, if the exporter is missing or fails, or if it wrote other colors than were baked; no file
         is left then, and an older one stays.
     """
-    with display_scene(depsgraph, attribute, exposure) as shown, replacing(path) as temporary:
+    with display_scene(depsgraph, attribute, exposure, copies=copies) as shown, replacing(path) as temporary:
         _run_exporter(temporary, shown.scene)
         glb = read_glb(temporary)
         check_colors(glb, shown)

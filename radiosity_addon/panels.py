@@ -56,6 +56,9 @@ class RADIOSITY_PT_output(_Sidebar, bpy.types.Panel):
         layout.use_property_decorate = False
         settings = context.scene.radiosity
         layout.prop(settings, "light")
+        layout.prop(settings, "target")
+        if settings.target == 'COPY':
+            layout.prop(settings, "hide_originals")
         layout.prop(settings, "attribute")
         layout.prop(settings, "domain")
         layout.prop(settings, "data_type")

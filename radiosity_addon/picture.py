@@ -20,7 +20,12 @@ _RESULT = "Render Result"
 
 
 def render_picture(
-    path: Path, depsgraph: bpy.types.Depsgraph, attribute: str = "Radiosity", exposure: float | None = None
+    path: Path,
+    depsgraph: bpy.types.Depsgraph,
+    attribute: str = "Radiosity",
+    exposure: float | None = None,
+    *,
+    copies: bool = False,
 ) -> float:
     """Draw the objects that have a baked attribute, through the scene's camera or else through a fitted one.
 
@@ -37,6 +42,8 @@ def render_picture(
         Name of the baked color attribute.
     exposure : float, optional
         Stops; as for `display_scene` when not given.
+    copies : bool
+        Whether to draw the baked copies, and not what was baked in place.
 
     Returns
     -------
@@ -51,7 +58,8 @@ def render_picture(
     if not hasattr(bpy.types.Scene, "cycles"):
         raise RadiosityError("The picture is drawn by Cycles: enable the add-on Cycles Render Engine")
     fitted = depsgraph.scene.camera is None
-    with display_scene(depsgraph, attribute, exposure, see_through=fitted) as shown, replacing(path) as temporary:
+    scene = display_scene(depsgraph, attribute, exposure, copies=copies, see_through=fitted)
+    with scene as shown, replacing(path) as temporary:
         _set_up(shown.scene, temporary)
         with _fitted_camera(shown.scene) if fitted else nullcontext():
             _render(shown.scene)

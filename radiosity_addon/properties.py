@@ -109,6 +109,25 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
         default=DESTINATION.attribute,
         maxlen=63,
     )
+    target: EnumProperty(
+        name="Target",
+        description="Which meshes get the colors",
+        items=(
+            ('IN_PLACE', "In Place", "The meshes of the scene, whose faces stay as they are"),
+            (
+                'COPY',
+                "Baked Copy",
+                "New objects in the collection Radiosity, one for each object and instance, with modifiers applied and "
+                "faces as fine as the patches",
+            ),
+        ),
+        default=DESTINATION.target,
+    )
+    hide_originals: BoolProperty(
+        name="Hide Originals",
+        description="Hide objects that have a copy, in the viewport and in renders; they still count for bakes",
+        default=DESTINATION.hide_originals,
+    )
     domain: EnumProperty(
         name="Domain",
         description="What carries a color",
@@ -181,7 +200,7 @@ def chosen_destination(scene: bpy.types.Scene) -> Destination:
         Checked.
     """
     chosen = scene.radiosity
-    return Destination(chosen.attribute, chosen.domain, chosen.data_type)
+    return Destination(chosen.attribute, chosen.domain, chosen.data_type, chosen.target, chosen.hide_originals)
 
 
 CLASSES = (RADIOSITY_PG_settings, RADIOSITY_PG_status)

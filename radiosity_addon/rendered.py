@@ -7,29 +7,35 @@ from collections.abc import Iterator
 
 import bpy
 
+from .copies.collection import is_copy
 
-def rendered_objects(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
+
+def rendered_objects(view_layer: bpy.types.ViewLayer, *, copies: bool = False) -> list[bpy.types.Object]:
     """Return the objects of a view layer that are visible in renders, each once.
 
     Parameters
     ----------
     view_layer : bpy.types.ViewLayer
         Its excluded collections are left out, and those disabled in renders with all that is below them.
+    copies : bool
+        Whether to return the baked copies, and nothing else.
 
     Returns
     -------
     list of bpy.types.Object
         In the order of the Outliner.
     """
-    return [obj for obj in enabled_objects(view_layer) if renders_itself(obj)]
+    return [obj for obj in enabled_objects(view_layer, copies=copies) if renders_itself(obj)]
 
 
-def enabled_objects(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
+def enabled_objects(view_layer: bpy.types.ViewLayer, *, copies: bool = False) -> list[bpy.types.Object]:
     """Return the objects of a view layer that are enabled in renders, those included of which only instances show.
 
     Parameters
     ----------
     view_layer : bpy.types.ViewLayer
+    copies : bool
+        Whether to return the baked copies, which otherwise are no part of what is lit, and nothing else.
 
     Returns
     -------
@@ -46,7 +52,7 @@ def enabled_objects(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
             yield from visit(child)
 
     found = {obj.name_full: obj for obj in visit(view_layer.layer_collection)}
-    return [obj for obj in found.values() if not obj.hide_render]
+    return [obj for obj in found.values() if not obj.hide_render and is_copy(obj) == copies]
 
 
 def renders_itself(obj: bpy.types.Object) -> bool:

@@ -146,6 +146,25 @@ def test_what_is_baked_and_how_it_is_stored_can_be_chosen(blender, room, run, tm
     np.testing.assert_allclose(colors(blender.data.meshes[0])[:, :3], 0.5, atol=0.01)
 
 
+def test_copies_are_what_is_exported_and_drawn(blender, room, run, tmp_path):
+    files = {
+        f"--{kind}": tmp_path / name for kind, name in (("output", "o.blend"), ("gltf", "o.glb"), ("render", "o.png"))
+    }
+    words = [word for pair in files.items() for word in pair]
+    code, said, _ = run(room, *words, "--target", "copy", "--hide-originals", "--max-edge", "0.5")
+    assert code == 0 and 'Baked:    "Radiosity" on 1 copies' in said
+    length = int.from_bytes((tmp_path / "o.glb").read_bytes()[12:16], "little")
+    document = json.loads((tmp_path / "o.glb").read_bytes()[20 : 20 + length])
+    assert [node["name"] for node in document["nodes"]] == ["Room"]
+    (primitive,) = document["meshes"][0]["primitives"]
+    assert document["accessors"][primitive["indices"]]["count"] == 6 * 4 * 2 * 3
+    assert (tmp_path / "o.png").is_file()
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "o.blend"))
+    original, copy = (blender.data.objects[name] for name in ("Room", "Room Baked"))
+    assert original.hide_render and not original.data.color_attributes
+    assert len(copy.data.polygons) == 24 and not copy.hide_render
+
+
 def test_the_input_is_overwritten_when_it_is_named(blender, room, run):
     assert run(room, "--output", room)[0] == 0
     blender.ops.wm.open_mainfile(filepath=str(room))
@@ -265,6 +284,7 @@ def test_an_export_that_fails_leaves_what_was_there(addon, room, run, tmp_path, 
         (["another.blend"], "another.blend"),
         (["--light", "all"], "combined"),
         (["--data-type", "half"], "give float or byte"),
+        (["--target", "elsewhere"], "give in-place or copy"),
     ],
 )
 def test_wrong_usage(room, run, tmp_path, monkeypatch, arguments, words):

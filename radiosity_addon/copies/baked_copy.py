@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The baked copy: one new object for each that light falls on, instances included, with the light in its colors.
+
+Originals are not touched. Where patches are finer than faces, the scene is cut finer before it is lit, so that the
+corners of the copies are corners of what is computed, and shadows show between far vertices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ...core.errors import RadiosityError
+from ...core.refined_scene import refined_scene
+from ...core.refinement import Refinement, refine
+from ...core.scene import Scene
+from ...core.settings import Settings
+from ...core.shading import corner_angles, vertex_means
+from ..color_attributes import ByteLoss, store_colors
+from ..destination import Destination
+from ..modes import leave_modes_with_own_undo
+from ..objects.remade import Remade, remake
+from ..objects.targets import Target
+from ..placement import place
+from .collection import COPY_OF, replace_copies
+from .finer_mesh import finer_mesh
+from .parts import Part, split
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+
+_SUFFIX = " Baked"
+
+
+@dataclass(frozen=True, eq=False)
+class CopyPlan:
+    """Which objects get copies, and how fine these are.
+
+    Attributes
+    ----------
+    destination : Destination
+    targets : tuple of Target
+        What gets a copy.
+    scene : core.scene.Scene
+        What is to be lit; cut finer where patches are finer than faces.
+    read : core.scene.Scene
+        As it was read.
+    fine : Refinement or None
+        What of the scene that was read it is made of; None where it is the same.
+    scene_name, layer_name : str
+        Of the Blender scene and the view layer that get the copies.
+    warnings : tuple of str
+        What gets no copy.
+    """
+
+    destination: Destination
+    targets: tuple[Target, ...]
+    scene: Scene
+    read: Scene
+    fine: Refinement | None
+    scene_name: str
+    layer_name: str
+    warnings: tuple[str, ...]
+
+
+def plan_copies(
+    scene: Scene,
+    targets: tuple[Target, ...],
+    settings: Settings,
+    destination: Destination,
+    layer: bpy.types.ViewLayer,
+) -> CopyPlan:
+    """Decide what gets copies, and cut the scene as fine as its patches.
+
+    Parameters
+    ----------
+    scene : core.scene.Scene
+        That was read.
+    targets : tuple of Target
+        Its objects.
+    settings : core.settings.Settings
+        Give the size of patches.
+    destination : Destination
+    layer : bpy.types.ViewLayer
+        That was read.
+
+    Returns
+    -------
+    CopyPlan
+
+    Raises
+    ------
+    RadiosityError
+        When nothing wants colors, or there would be too many faces.
+    """
+    wanted = tuple(target for target in targets if target.receives)
+    if not wanted:
+        raise RadiosityError("No object receives light: switch on Receive in the Radiosity panel of one")
+    whole = settings.max_edge is None and settings.subdivide == 1 and bool(np.isnan(scene.max_edge).all())
+    fine = None if whole else refine(scene, settings.max_edge, settings.subdivide)
+    lit = scene if fine is None else refined_scene(scene, fine)
+    return CopyPlan(destination, wanted, lit, scene, fine, layer.id_data.name, layer.name, ())
+
+
+def write_copies(plan: CopyPlan, corner_radiance: FloatArray) -> list[str]:
+    """Make the copies and put them in the place of earlier ones.
+
+    Parameters
+    ----------
+    plan : CopyPlan
+    corner_radiance : ndarray of shape (c, 3)
+        Linear radiance at each corner of the plan's scene.
+
+    Returns
+    -------
+    list of str
+        What was lost.
+
+    Raises
+    ------
+    RadiosityError
+        When an object is gone or was edited since it was read; nothing is left behind then, and earlier copies stay.
+    """
+    layer = _layer(plan)
+    leave_modes_with_own_undo()
+    layer.update()
+    made: list[bpy.types.ID] = []
+    loss, notes = ByteLoss(plan.destination), []
+    try:
+        remade = remake(plan.targets, layer.depsgraph)
+        made += [one.mesh for one in remade]
+        copies = list(_copies(plan, remade, corner_radiance, loss, notes, made))
+    except BaseException:
+        bpy.data.batch_remove(made)
+        raise
+    originals = [target.instancer_name for target in plan.targets] if plan.destination.hide_originals else []
+    notes += replace_copies(layer.id_data, layer, copies, originals)
+    # Only now, when the names of earlier copies are free; without the library that an original is from.
+    names = {obj.name_full: obj.name for obj in bpy.data.objects}
+    for target, copy in zip(plan.targets, copies, strict=True):
+        copy.name = copy.data.name = names.get(target.object_name, target.object_name) + _SUFFIX
+    bpy.data.batch_remove([one.mesh for one in remade if one.mesh.users == 0])
+    return notes + loss.warnings()
+
+
+def _layer(plan: CopyPlan) -> bpy.types.ViewLayer:
+    """Return the view layer of a plan."""
+    scene = bpy.data.scenes.get(plan.scene_name)
+    layer = scene.view_layers.get(plan.layer_name) if scene is not None else None
+    if layer is None:
+        raise RadiosityError(
+            f"Scene '{plan.scene_name}' or its view layer '{plan.layer_name}' was renamed or removed during the bake, "
+            "nothing was written: bake again"
+        )
+    return layer
+
+
+def _copies(
+    plan: CopyPlan,
+    remade: list[Remade],
+    corner_radiance: FloatArray,
+    loss: ByteLoss,
+    notes: list[str],
+    made: list[bpy.types.ID],
+) -> Iterator[bpy.types.Object]:
+    """Make the copies; whatever is made is added to `made`."""
+    weight = corner_angles(plan.scene) if plan.destination.domain == 'POINT' else None
+    parts = split(plan.targets, plan.read, plan.fine) if plan.fine is not None else _whole(plan.targets)
+    for one, part in zip(remade, parts, strict=True):
+        target, mesh = one.target, one.mesh
+        corner, corner_vertex = target.evaluated_corner, target.evaluated.corner_vertex
+        if part is not None:
+            mesh = finer_mesh(one.mesh, part, one.mesh.name)
+            made.append(mesh)
+            corner, corner_vertex = part.scene_corner, part.corner_vertex
+        copy = bpy.data.objects.new(one.mesh.name, mesh)
+        made.append(copy)
+        copy[COPY_OF] = target.object_name
+        notes += _make_room(copy, target, plan.destination.attribute)
+        colors = corner_radiance[corner]
+        if weight is not None:
+            colors = vertex_means(colors, weight[corner], corner_vertex, len(mesh.vertices))
+        store_colors(mesh, plan.destination, colors)
+        loss.add(colors)
+        place(copy, Matrix(one.matrix.tolist()))
+        yield copy
+
+
+def _whole(targets: tuple[Target, ...]) -> Iterator[Part | None]:
+    """Yield that no mesh is cut."""
+    for _ in targets:
+        yield None
+
+
+def _make_room(copy: bpy.types.Object, target: Target, attribute: str) -> list[str]:
+    """Remove from a copy what has the attribute's name but is no color, and tell so."""
+    mesh, what = copy.data, ""
+    if attribute in mesh.attributes and attribute not in mesh.color_attributes:
+        mesh.attributes.remove(mesh.attributes[attribute])
+        what = "attribute that is not a color"
+    if attribute in copy.vertex_groups:
+        copy.vertex_groups.remove(copy.vertex_groups[attribute])
+        what = "vertex group"
+    if not what:
+        return []
+    return [f"Object '{target.name}' has a {what} named '{attribute}'; its copy has the colors in that place"]

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mesh of Blender cut finer, with the materials, UV maps, attributes and normals of the one that it is made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from .parts import Part
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+# What holds the values of each type of attribute, how many, and their type for Blender.
+_MIXED = {
+    'FLOAT': ("value", 1),
+    'FLOAT2': ("vector", 2),
+    'FLOAT_VECTOR': ("vector", 3),
+    'FLOAT4': ("vector", 4),
+    'FLOAT_COLOR': ("color", 4),
+    'BYTE_COLOR': ("color", 4),
+}
+_CHOSEN = {
+    'INT': ("value", 1, np.int32),
+    'INT8': ("value", 1, np.int32),
+    'BOOLEAN': ("value", 1, np.bool_),
+    'INT16_2D': ("value", 2, np.int32),
+    'INT32_2D': ("value", 2, np.int32),
+    'QUATERNION': ("value", 4, np.float32),
+    'FLOAT4X4': ("value", 16, np.float32),
+}
+# The topology itself, and normals, which are set in their own way.
+_OWN = {"position", "custom_normal"}
+
+
+def finer_mesh(base: bpy.types.Mesh, part: Part, name: str) -> bpy.types.Mesh:
+    """Make a mesh that is another one cut finer.
+
+    Parameters
+    ----------
+    base : bpy.types.Mesh
+        Stays as it is.
+    part : Part
+        How it is cut.
+    name : str
+        Of the new mesh.
+
+    Returns
+    -------
+    bpy.types.Mesh
+        Numbers of attributes are interpolated; whole numbers, marks and turns are those of what is nearest. Texts are
+        left out, and so are vertices and edges without faces.
+    """
+    mesh = bpy.data.meshes.new(name)
+    try:
+        _set_topology(mesh, base, part)
+        for material in base.materials:
+            mesh.materials.append(material)
+        _carry_attributes(mesh, base, part)
+        _carry_normals(mesh, base, part)
+    except BaseException:
+        bpy.data.meshes.remove(mesh)
+        raise
+    return mesh
+
+
+def _set_topology(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> None:
+    """Make the vertices, edges and faces."""
+    position = _values(base.vertices, "co", 3, np.float32)
+    mesh.vertices.add(len(part.vertex_source))
+    mesh.loops.add(len(part.corner_vertex))
+    mesh.polygons.add(len(part.face))
+    mesh.vertices.foreach_set("co", _mixed(position, part.vertex_source, part.vertex_weight).ravel())
+    mesh.loops.foreach_set("vertex_index", part.corner_vertex.astype(np.int32))
+    mesh.polygons.foreach_set("loop_start", part.face_start[:-1].astype(np.int32))
+    mesh.update(calc_edges=True)
+
+
+def _carry_attributes(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> None:
+    """Give the finer mesh the attributes of the coarse one, UV maps and materials of faces among them."""
+    for known in list(base.attributes):
+        # A point before the name says that Blender keeps it to itself: topology, selection, what is hidden.
+        if known.name in _OWN or (known.name.startswith(".") and known.name != ".uv_seam"):
+            continue
+        if known.data_type in _MIXED:
+            prop, width = _MIXED[known.data_type]
+            kind, mixes = np.float32, True
+        elif known.data_type in _CHOSEN:
+            prop, width, kind = _CHOSEN[known.data_type]
+            mixes = False
+        else:
+            continue
+        values = _finer(_values(known.data, prop, width, kind), known.domain, mixes, mesh, base, part)
+        new = mesh.attributes.get(known.name) or mesh.attributes.new(known.name, known.data_type, known.domain)
+        if values is not None and new is not None:
+            new.data.foreach_set(prop, np.ascontiguousarray(values, dtype=kind).ravel())
+    if base.uv_layers.active is not None and base.uv_layers.active.name in mesh.uv_layers:
+        mesh.uv_layers.active = mesh.uv_layers[base.uv_layers.active.name]
+    for layer in base.uv_layers:
+        if layer.active_render and layer.name in mesh.uv_layers:
+            mesh.uv_layers[layer.name].active_render = True
+
+
+def _finer(
+    values: NDArray[np.generic], domain: str, mixes: bool, mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part
+) -> NDArray[np.generic] | None:
+    """Return the values of an attribute on the finer mesh; None on a domain that meshes do not have."""
+    if domain == 'FACE':
+        return values[part.face]
+    if domain == 'EDGE':
+        edge, source = _edges(mesh, base, part)
+        inner = np.zeros((len(mesh.edges), *values.shape[1:]), dtype=values.dtype)
+        inner[edge] = values[source]
+        return inner
+    if domain == 'POINT':
+        source, weight = part.vertex_source, part.vertex_weight
+    elif domain == 'CORNER':
+        source, weight = part.corner_source, part.corner_weight
+    else:
+        return None
+    if mixes:
+        return _mixed(values, source, weight)
+    return values[np.take_along_axis(source, np.argmax(weight, axis=1)[:, None], axis=1)[:, 0]]
+
+
+def _edges(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the edges of the finer mesh that are parts of edges of the coarse one, and these."""
+    found = []
+    for one, ends in ((mesh, part.edge), (base, part.edge_source)):
+        known = np.sort(_values(one.edges, "vertices", 2, np.int32).astype(np.int64), axis=1)
+        count = len(one.vertices)
+        key, wanted = known @ (count, 1), np.sort(ends, axis=1) @ (count, 1)
+        order = np.argsort(key, kind="stable")
+        place = np.minimum(np.searchsorted(key[order], wanted), max(len(key) - 1, 0))
+        found.append((order[place], key[order[place]] == wanted))
+    there = found[0][1] & found[1][1]
+    return found[0][0][there], found[1][0][there]
+
+
+def _carry_normals(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> None:
+    """Shade the finer mesh as the coarse one is shaded, whose faces it follows."""
+    if base.normals_domain == 'FACE':
+        return
+    normals = _mixed(_values(base.corner_normals, "vector", 3, np.float32), part.corner_source, part.corner_weight)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    mesh.normals_split_custom_set(normals / np.where(length > 0.0, length, 1.0))
+
+
+def _mixed(values: NDArray[np.generic], source: NDArray[np.int64], weight: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return weighted sums; what counts whole stays as it is, bit for bit."""
+    rows = values.reshape(len(values), -1).astype(np.float64)
+    first = rows[source[:, 0]]
+    return first + np.einsum("nk,nkx->nx", weight, rows[source] - first[:, None])
+
+
+def _values(items: bpy.types.bpy_prop_collection, prop: str, width: int, kind: type) -> NDArray[np.generic]:
+    """Return one property of all items, shape (n, width)."""
+    values = np.zeros(len(items) * width, dtype=kind)
+    items.foreach_get(prop, values)
+    return values.reshape(-1, width)
