@@ -27,7 +27,7 @@ from ..modes import leave_modes_with_own_undo
 from ..objects.remade import Remade, remake
 from ..objects.targets import Target
 from ..placement import place
-from .collection import COPY_OF, replace_copies
+from .collection import COPY_OF, originals_shown, replace_copies
 from .finer_mesh import finer_mesh
 from .parts import Part, split
 
@@ -134,7 +134,8 @@ def write_copies(plan: CopyPlan, corner_radiance: FloatArray) -> list[str]:
     made: list[bpy.types.ID] = []
     loss, notes = ByteLoss(plan.destination), []
     try:
-        remade = remake(plan.targets, layer.depsgraph)
+        with originals_shown():
+            remade = remake(plan.targets, layer.depsgraph)
         made += [one.mesh for one in remade]
         copies = list(_copies(plan, remade, corner_radiance, loss, notes, made))
     except BaseException:

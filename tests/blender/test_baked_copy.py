@@ -262,8 +262,15 @@ def test_originals_are_hidden_on_request_and_still_count(bake, scene, blender):
     lamp, floor = lit_floor(scene)
     closed = add_square(scene, "Closed", z=-2.0)
     closed.hide_set(True)
+    group = blender.data.collections.new("Group")
+    group.objects.link(add_square(scene, "Tile", size=0.3))
+    place = blender.data.objects.new("Place", None)
+    place.instance_type, place.instance_collection, place.location.x = 'COLLECTION', group, 0.5
+    scene.collection.objects.link(place)
+    scene.collection.objects.unlink(blender.data.objects["Tile"])
     first = bake(hide_originals=True)
-    assert lamp.hide_render and floor.hide_render and lamp.hide_get() and not any(copy.hide_render for copy in first)
+    assert lamp.hide_render and floor.hide_render and lamp.hide_get() and place.hide_render
+    assert len(first) == 4 and not any(copy.hide_render for copy in first)
     bits = [colors(copy.data) for copy in first]
     second = bake(hide_originals=True)
     for copy, before in zip(second, bits, strict=True):
