@@ -27,6 +27,10 @@ _MOST_LEVELS = 8
 _LIFT = 0.02
 # How far apart the corners of different materials are moved, in diagonals.
 _APART = 4.0
+# What counts as one place, in diagonals: ten times what single precision makes of it.
+_GRAIN = 1e-5
+# Corners that are searched one by one.
+_MOST_PLACES = 200_000
 
 
 class Carried(Enum):
@@ -149,15 +153,30 @@ def _nearest(original: LocalMesh, evaluated: LocalMesh) -> IntArray:
     points = np.concatenate([original.used[0], evaluated.used[0]]).astype(np.float64)
     low, size = points.min(axis=0), float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
     there, wanted = (_lifted(mesh, low, size) for mesh in (evaluated, original))
-    # What stands at one place once is enough.
-    there, index = np.unique(there, axis=0, return_index=True)
-    tree = KDTree(len(there))
-    for number, place in enumerate(there.tolist()):
-        tree.insert(place, number)
-    tree.balance()
-    wanted, back = np.unique(wanted, axis=0, return_inverse=True)
-    found = np.array([hit[1] for hit in map(tree.find, wanted.tolist())])
-    return np.asarray(index[found][back.reshape(-1)])
+    # What stands at one place once is enough, and most corners are where they were.
+    places, index = np.unique(_place(there), return_index=True)
+    keys, first, back = np.unique(_place(wanted), return_index=True, return_inverse=True)
+    slot = np.searchsorted(places, keys).clip(max=len(places) - 1)
+    found = index[slot]
+    moved = np.flatnonzero(places[slot] != keys)
+    if len(moved):
+        # Of many corners some that lie close stand for the rest: a tree of millions takes half a minute to grow.
+        grain = _GRAIN
+        while len(index) > _MOST_PLACES:
+            grain *= 2.0
+            index = index[np.unique(_place(there[index], grain), return_index=True)[1]]
+        tree = KDTree(len(index))
+        for number, place in enumerate(there[index].tolist()):
+            tree.insert(place, number)
+        tree.balance()
+        found[moved] = index[[hit[1] for hit in map(tree.find, wanted[first[moved]].tolist())]]
+    return np.asarray(found[back.reshape(-1)])
+
+
+def _place(lifted: FloatArray, grain: float = _GRAIN) -> IntArray:
+    """Return a number for each point, which is the same for points that are closer than the grain."""
+    x, y, z = (np.round(lifted / grain).astype(np.int64) + 2**16).T
+    return (x << 36) + (y << 18) + z
 
 
 def _lifted(mesh: LocalMesh, low: FloatArray, size: float) -> FloatArray:
@@ -169,5 +188,4 @@ def _lifted(mesh: LocalMesh, low: FloatArray, size: float) -> FloatArray:
     inwards /= np.maximum(np.linalg.norm(inwards, axis=1, keepdims=True), 1e-12)
     lifted = place + _LIFT * (mesh.corner_normals + inwards)
     lifted[:, 0] += _APART * mesh.material[face]
-    # As coarse as single precision is, so that equal places are equal.
-    return np.asarray(np.round(lifted, 5))
+    return np.asarray(lifted)

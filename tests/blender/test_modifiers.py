@@ -136,6 +136,16 @@ def test_what_nothing_is_known_of_takes_the_light_of_the_nearest_corners(read, s
     assert (np.einsum("ij,ij->i", found, normals) > 0.5).all()
 
 
+def test_of_too_many_corners_some_that_lie_close_are_searched(read, module, scene, monkeypatch):
+    obj = add_mesh(scene, "Box", CUBE_VERTICES, CUBE_FACES)
+    modify(obj, 'REMESH', octree_depth=6)
+    monkeypatch.setattr(module("objects.corner_maps"), "_MOST_PLACES", 500)
+    reading = read()
+    (target,) = reading.targets
+    assert len(target.evaluated.corner_vertex) > 2000
+    assert np.linalg.norm(corner_positions(reading, target) - own_corners(obj), axis=1).max() < 0.25
+
+
 def test_neighbours_in_one_plane_keep_their_materials_apart(read, scene):
     dark, bright = glowing(0.1, 0.0, "Dark"), glowing(0.9, 0.0, "Bright")
     obj = add_mesh(scene, "Strip", [(x, y, 0) for x in range(3) for y in range(2)], [(0, 2, 3, 1), (2, 4, 5, 3)], dark)
