@@ -14,7 +14,7 @@ from ...core.errors import RadiosityError
 from ..face_surfaces import slot_materials
 from .evaluation import Evaluation, evaluation
 from .instances import has_own_mesh, instance_number
-from .meshes import topology
+from .meshes import column, topology
 from .targets import Target
 
 if TYPE_CHECKING:
@@ -114,7 +114,10 @@ def _new_mesh(evaluated: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bp
         mesh = evaluated.data.copy()
     materials = [material and material.original for material in slot_materials(mesh, evaluated)]
     if [material and material.name_full for material in mesh.materials] != [m and m.name_full for m in materials]:
+        # Changing the list of slots sets every face to the first.
+        slot = column(mesh.polygons, "material_index", 1, np.int32)
         mesh.materials.clear()
         for material in materials:
             mesh.materials.append(material)
+        mesh.polygons.foreach_set("material_index", slot)
     return mesh

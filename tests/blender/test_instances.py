@@ -250,6 +250,9 @@ def test_what_was_lit_can_be_made_again(read, module, scene, blender, way):
     array.scale = (1, -1, 1)
     array.material_slots[0].link = 'OBJECT'
     array.material_slots[0].material = two
+    array.data.materials.append(one)
+    slots = [two.name, one.name]
+    array.data.polygons[0].material_index = 1
     reading, before = read(), len(blender.data.meshes)
     made = module("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
     assert [one.target for one in made] == list(reading.targets)
@@ -260,7 +263,8 @@ def test_what_was_lit_can_be_made_again(read, module, scene, blender, way):
         corners = vertices[[loop.vertex_index for loop in one.mesh.loops]]
         there = reading.scene.corner_vertex[one.target.evaluated_corner]
         np.testing.assert_allclose(corners, reading.scene.vertices[there], atol=1e-5)
-    assert [material.name for material in made[-1].mesh.materials] == [two.name]
+    assert [material.name for material in made[-1].mesh.materials] == slots
+    assert all(polygon.material_index == 1 for polygon in made[-1].mesh.polygons)
 
 
 def test_what_was_changed_is_not_made_again(read, extension, module, scene, blender):
