@@ -186,6 +186,7 @@ def _write(
         "attribute": destination.attribute,
         "exposure": options.exposure,
         "copies": destination.target == COPY,
+        "lighting": report["settings"]["light"] == "lighting",
     }
     if "output" in files:
         _save(files["output"])

@@ -12,21 +12,17 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from mathutils import Matrix
-from numpy.typing import NDArray
 
 from ..core.errors import RadiosityError
 from ..core.exposure import automatic_exposure, expose
-from .copies.collection import COPY_OF, originals_shown
-from .materials import read_material
+from .base_textures import base_texture
+from .copies.collection import originals_shown
+from .display_parts import Part, face_slots, read_parts
 from .placement import place
-from .rendered import rendered_objects
-from .scene_reader import world_matrix
 from .unlit import unlit_materials
 
 # Copies are told from each other by name, whatever kind they are; Blender numbers those that are already taken.
 _SCENE, _CAMERA, _OBJECT = "radiosity-scene", "radiosity-camera", "radiosity-object"
-_MESH = "radiosity-mesh"
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,26 +39,15 @@ class DisplayScene:
         Exposure that was applied to the colors: they were multiplied by 2 to this power.
     names : dict
         Name of a copy (object, mesh, material, camera, scene) -> name of what it was made from.
+    textured : frozenset of str
+        Names of the copies of materials that multiply the colors with an image.
     """
 
     scene: bpy.types.Scene
     objects: tuple[bpy.types.Object, ...]
     stops: float
     names: dict[str, str]
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """A baked object: a copy of its evaluated mesh, and what else is needed to show that."""
-
-    name: str
-    mesh_name: str
-    mesh: bpy.types.Mesh
-    matrix: Matrix
-    materials: tuple[bpy.types.Material | None, ...]
-    colors: NDArray[np.float64]
-    domain: str
-    emitting: NDArray[np.bool_]
+    textured: frozenset[str]
 
 
 @contextmanager
@@ -72,6 +57,7 @@ def display_scene(
     exposure: float | None = None,
     *,
     copies: bool = False,
+    lighting: bool = False,
     see_through: bool = False,
 ) -> Iterator[DisplayScene]:
     """Build a scene that shows a baked attribute; remove it afterwards.
@@ -86,6 +72,9 @@ def display_scene(
         Stops. When not given: the exposure that the scene's own color management sets, else an automatic one.
     copies : bool
         Whether to show the baked copies, and not what was baked in place.
+    lighting : bool
+        Whether the attribute is lighting only, which shows multiplied with what the surfaces reflect: images as they
+        are, everything else in the colors, with what it emits.
     see_through : bool
         Whether renders show no face from behind, even where the user's material does.
 
@@ -104,7 +93,7 @@ def display_scene(
     try:
         # Creating data makes the depsgraph old, so everything is read from it first.
         with originals_shown():
-            parts = list(_read_parts(depsgraph, attribute, copies, made))
+            parts = list(read_parts(depsgraph, attribute, made, copies=copies, lighting=lighting))
         if not parts:
             raise RadiosityError(f'No visible mesh has a color attribute "{attribute}": bake it first')
         source = depsgraph.scene
@@ -119,75 +108,23 @@ def display_scene(
             scene.collection.objects.link(camera)
             scene.camera = camera
         sources = [material for part in parts for material in part.materials]
-        materials = unlit_materials(sources, attribute, see_through, made)
+        materials = unlit_materials(sources, attribute, see_through, made, textured=lighting)
         names.update({copy.name: name or attribute for name, copy in materials.items()})
+        textured = {materials[m.name_full].name for m in sources if lighting and base_texture(m) is not None}
         objects = []
         for part in parts:
             _show_colors(part, attribute, stops, [materials[m.name_full if m else None] for m in part.materials])
             objects.append(_place(part, scene, made))
             names[part.mesh.name] = part.mesh_name
             names[objects[-1].name] = part.name
-        yield DisplayScene(scene, tuple(objects), stops, names)
+        yield DisplayScene(scene, tuple(objects), stops, names, frozenset(textured))
     finally:
         if scene is not None:
             bpy.data.scenes.remove(scene)
         bpy.data.batch_remove(made)
 
 
-def _read_parts(
-    depsgraph: bpy.types.Depsgraph, attribute: str, copies: bool, made: list[bpy.types.ID]
-) -> Iterator[_Part]:
-    """Copy the evaluated mesh of every baked object, and read its colors."""
-    for obj in rendered_objects(depsgraph.view_layer, copies=copies):
-        if obj.type != 'MESH' or attribute not in obj.data.color_attributes:
-            continue
-        evaluated = obj.evaluated_get(depsgraph)
-        mesh = bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True, depsgraph=depsgraph)
-        mesh.name = _MESH
-        made.append(mesh)
-        # The exporter does this too, which may take faces away: before the colors are read, not after.
-        mesh.validate(clean_customdata=False)
-        baked = mesh.color_attributes.get(attribute)
-        if baked is None or not mesh.polygons:
-            continue  # modifiers have left nothing of it
-        colors = np.zeros(len(baked.data) * 4, np.float32)
-        baked.data.foreach_get("color", colors)
-        materials = tuple(slot.material for slot in obj.material_slots) or (None,)
-        yield _Part(
-            name=obj.get(COPY_OF, obj.name),
-            mesh_name=obj.data.name,
-            mesh=mesh,
-            matrix=Matrix(world_matrix(obj, depsgraph).tolist()),
-            materials=materials,
-            colors=colors.reshape(-1, 4)[:, :3].astype(np.float64),
-            domain=baked.domain,
-            emitting=_emitting(mesh, materials, baked.domain),
-        )
-
-
-def _emitting(mesh: bpy.types.Mesh, materials: tuple[bpy.types.Material | None, ...], domain: str) -> NDArray[np.bool_]:
-    """Return which corners or vertices belong to lamps, which need not be shown below white."""
-    shines = np.array([read_material(material).emission.any() for material in materials])
-    faces = shines[_slots(mesh, len(materials))]
-    sizes, vertices = np.zeros(len(mesh.polygons), np.int32), np.zeros(len(mesh.loops), np.int32)
-    mesh.polygons.foreach_get("loop_total", sizes)
-    corners = np.repeat(faces, sizes)
-    if domain == 'CORNER':
-        return corners
-    mesh.loops.foreach_get("vertex_index", vertices)
-    emitting = np.zeros(len(mesh.vertices), bool)
-    emitting[vertices[corners]] = True
-    return emitting
-
-
-def _slots(mesh: bpy.types.Mesh, count: int) -> NDArray[np.int32]:
-    """Return the material slot of each face; as in Blender, what is beyond the last is in the last."""
-    slots = np.zeros(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("material_index", slots)
-    return np.clip(slots, 0, count - 1)
-
-
-def _choose_stops(scene: bpy.types.Scene, parts: list[_Part], exposure: float | None) -> float:
+def _choose_stops(scene: bpy.types.Scene, parts: list[Part], exposure: float | None) -> float:
     """Return the exposure that is asked for, else the scene's own, else one that suits all colors together [stops]."""
     if exposure is not None:
         return exposure
@@ -212,11 +149,11 @@ def _copy_camera(depsgraph: bpy.types.Depsgraph, made: list[bpy.types.ID]) -> bp
     return camera
 
 
-def _show_colors(part: _Part, attribute: str, stops: float, materials: list[bpy.types.Material]) -> None:
+def _show_colors(part: Part, attribute: str, stops: float, materials: list[bpy.types.Material]) -> None:
     """Leave a mesh one color attribute, ready for a display, and give it the materials that show it."""
     mesh = part.mesh
     # Changing the list of slots sets every face to the first.
-    slots = _slots(mesh, len(materials))
+    slots = face_slots(mesh, len(materials))
     mesh.materials.clear()
     for material in materials:
         mesh.materials.append(material)
@@ -233,7 +170,7 @@ def _show_colors(part: _Part, attribute: str, stops: float, materials: list[bpy.
     mesh.color_attributes.active_color_index = 0
 
 
-def _place(part: _Part, scene: bpy.types.Scene, made: list[bpy.types.ID]) -> bpy.types.Object:
+def _place(part: Part, scene: bpy.types.Scene, made: list[bpy.types.ID]) -> bpy.types.Object:
     """Put a mesh into the scene where the object it was copied from stands."""
     copy = bpy.data.objects.new(_OBJECT, part.mesh)
     made.append(copy)

@@ -52,6 +52,8 @@ class Primitive:
         Name of the material.
     unlit : bool
         Whether that material is shown without lighting (KHR_materials_unlit).
+    textured : bool
+        Whether it has an image for its color (baseColorTexture).
     positions : ndarray of shape (t, 3, 3)
         Corners of the triangles in glTF's own axes, y up [m].
     colors : ndarray of shape (t, 3, 4) or None
@@ -61,6 +63,7 @@ class Primitive:
     mesh: str
     material: str | None
     unlit: bool
+    textured: bool
     positions: NDArray[np.float64]
     colors: NDArray[np.float64] | None
 
@@ -190,6 +193,7 @@ def mesh_primitives(glb: Glb) -> Iterator[Primitive]:
                 mesh=mesh.get("name", ""),
                 material=material.get("name"),
                 unlit="KHR_materials_unlit" in material.get("extensions", {}),
+                textured="baseColorTexture" in material.get("pbrMetallicRoughness", {}),
                 positions=positions[corners],
                 colors=colors,
             )

@@ -28,6 +28,7 @@ def export_glb(
     exposure: float | None = None,
     *,
     copies: bool = False,
+    lighting: bool = False,
 ) -> float:
     """Export the objects that have a baked attribute, and the scene's camera, as a binary glTF file.
 
@@ -43,6 +44,8 @@ def export_glb(
         Stops; as for `display_scene` when not given. Colors are clamped to [0, 1] after it, as glTF demands (3.7.2.1).
     copies : bool
         Whether to export the baked copies, and not what was baked in place.
+    lighting : bool
+        Whether the attribute is lighting only; as for `display_scene`.
 
     Returns
     -------
@@ -55,7 +58,10 @@ def export_glb(
         If nothing is baked, if the exporter is missing or fails, or if it wrote other colors than were baked; no file
         is left then, and an older one stays.
     """
-    with display_scene(depsgraph, attribute, exposure, copies=copies) as shown, replacing(path) as temporary:
+    with (
+        display_scene(depsgraph, attribute, exposure, copies=copies, lighting=lighting) as shown,
+        replacing(path) as temporary,
+    ):
         _run_exporter(temporary, shown.scene)
         glb = read_glb(temporary)
         check_colors(glb, shown)
@@ -119,7 +125,7 @@ def check_colors(glb: Glb, shown: DisplayScene) -> None:
     for primitive in mesh_primitives(glb):
         written.setdefault(primitive.mesh, []).append(primitive)
     for copy in shown.objects:
-        problem = _compare(written.get(copy.data.name, []), copy.data)
+        problem = _compare(written.get(copy.data.name, []), copy.data, shown.textured)
         if problem:
             raise RadiosityError(
                 f"Blender's glTF exporter did not write \"{shown.names[copy.name]}\" as it was baked: {problem}. "
@@ -127,13 +133,15 @@ def check_colors(glb: Glb, shown: DisplayScene) -> None:
             )
 
 
-def _compare(primitives: list[Primitive], mesh: bpy.types.Mesh) -> str | None:
+def _compare(primitives: list[Primitive], mesh: bpy.types.Mesh, textured: frozenset[str]) -> str | None:
     """Return what is wrong with the exported triangles of a mesh, or None."""
     positions, colors = _mesh_triangles(mesh)
     if any(primitive.colors is None for primitive in primitives):
         return "a material has no COLOR_0"
     if not all(primitive.unlit for primitive in primitives):
         return "a material is not unlit"
+    if any(primitive.textured != (primitive.material in textured) for primitive in primitives):
+        return "a material has lost its image, or got one"
     count = sum(len(primitive.positions) for primitive in primitives)
     if count != len(positions):
         return f"{count} triangles instead of {len(positions)}"

@@ -26,6 +26,7 @@ def render_picture(
     exposure: float | None = None,
     *,
     copies: bool = False,
+    lighting: bool = False,
 ) -> float:
     """Draw the objects that have a baked attribute, through the scene's camera or else through a fitted one.
 
@@ -44,6 +45,8 @@ def render_picture(
         Stops; as for `display_scene` when not given.
     copies : bool
         Whether to draw the baked copies, and not what was baked in place.
+    lighting : bool
+        Whether the attribute is lighting only; as for `display_scene`.
 
     Returns
     -------
@@ -58,7 +61,7 @@ def render_picture(
     if not hasattr(bpy.types.Scene, "cycles"):
         raise RadiosityError("The picture is drawn by Cycles: enable the add-on Cycles Render Engine")
     fitted = depsgraph.scene.camera is None
-    scene = display_scene(depsgraph, attribute, exposure, copies=copies, see_through=fitted)
+    scene = display_scene(depsgraph, attribute, exposure, copies=copies, lighting=lighting, see_through=fitted)
     with scene as shown, replacing(path) as temporary:
         _set_up(shown.scene, temporary)
         with _fitted_camera(shown.scene) if fitted else nullcontext():

@@ -6,6 +6,8 @@ import importlib
 import numpy as np
 import pytest
 
+from tests.blender.building import add_shader, node_material
+
 
 @pytest.fixture
 def gltf(extension):
@@ -281,3 +283,55 @@ def test_nothing_baked_is_said(blender, scene, gltf, error, tmp_path):
     with pytest.raises(error, match='No visible mesh has a color attribute "Radiosity"'):
         gltf.export_glb(tmp_path / "a.glb", depsgraph(blender))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("domain", ['POINT', 'CORNER'])
+def test_lighting_is_multiplied_with_textures_and_all_else_is_in_the_colors(
+    blender, scene, gltf, glb, tmp_path, domain
+):
+    obj = add_grid(blender, scene, domain, slots=("Image", "Paint", "Lamp"))
+    image = blender.data.images.new("Bricks", 4, 4)
+    image.pixels.foreach_set(np.full(64, 0.5, np.float32))
+    image.pack()
+    for index, name in enumerate(("Image", "Paint", "Lamp")):
+        material, output = node_material(f"{name} nodes")
+        emission = 2.0 if name == "Lamp" else 0.0
+        shader = add_shader(
+            material,
+            'ShaderNodeBsdfPrincipled',
+            output.inputs["Surface"],
+            Base_Color=(0.5, 0.25, 0.75, 1.0),
+            Emission_Color=(1.0, 1.0, 1.0, 1.0),
+            Emission_Strength=emission,
+        )
+        if name == "Image":
+            material.node_tree.nodes.new('ShaderNodeTexImage').image = image
+            add_shader(material, 'ShaderNodeMapping').inputs["Scale"].default_value = (2.0, 2.0, 2.0)
+            nodes = {node.type: node for node in material.node_tree.nodes}
+            material.node_tree.links.new(nodes['MAPPING'].outputs[0], nodes['TEX_IMAGE'].inputs["Vector"])
+            material.node_tree.links.new(nodes['TEX_IMAGE'].outputs["Color"], shader.inputs["Base Color"])
+        obj.data.materials[index] = material
+    obj.data.uv_layers.new(name="UVMap")
+    before = data_of(blender)
+    gltf.export_glb(tmp_path / "a.glb", depsgraph(blender), "Radiosity", 0.0, lighting=True)
+    # Blender 4.2 counts the users of images wrongly when a material is copied.
+    assert data_of(blender) | {"images": []} == before | {"images": []} and list(blender.data.images) == [image]
+
+    file = glb.read_glb(tmp_path / "a.glb")
+    primitives = {primitive.material: primitive for primitive in glb.mesh_primitives(file)}
+    assert set(primitives) == {"Image nodes", "Paint nodes", "Lamp nodes"}
+    albedo = {"Image nodes": 1.0, "Paint nodes": (0.5, 0.25, 0.75), "Lamp nodes": (0.5, 0.25, 0.75)}
+    for name, primitive in primitives.items():
+        assert primitive.unlit and primitive.textured == (name == "Image nodes")
+        x, _, z = primitive.positions.reshape(-1, 3).T
+        place = np.stack([x, -z], axis=1)
+        if domain == 'POINT':
+            light = light_at(place)
+        else:
+            light = light_of(np.floor(primitive.positions[..., 0].mean(axis=1)).repeat(3))
+        shown = np.clip(albedo[name] * light + (2.0 if name == "Lamp nodes" else 0.0), 0.0, 1.0)
+        np.testing.assert_allclose(primitive.colors.reshape(-1, 4)[:, :3], shown, atol=2.0 / 65535.0)
+    (material,) = [one for one in file.document["materials"] if one["name"] == "Image nodes"]
+    texture = material["pbrMetallicRoughness"]["baseColorTexture"]
+    assert texture["extensions"]["KHR_texture_transform"]["scale"] == [2, 2]
+    assert file.document["images"][0]["name"] == "Bricks"
