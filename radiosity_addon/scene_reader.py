@@ -80,12 +80,14 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
             if renders_itself(obj):
                 roles = read_roles(obj)
                 if obj.type in HAVE_SURFACES:
-                    body = read_body(obj, state, roles, surfaces, notes)
+                    body = read_body(obj, state, roles, surfaces)
                     bodies += [body] if body is not None else []
+                    if body is None and _has_faces(obj) and not instances.bodies[obj.name_full]:
+                        notes.append(f"Object '{obj.name_full}': its modifiers leave none of its faces")
                 elif obj.type == 'LIGHT' and roles.emits:
                     lamp = read_lamp(obj, depsgraph, state.matrix(obj), scale, notes)
                     lamps += [lamp] if lamp is not None else []
-                elif obj.type in NO_SURFACES:
+                elif obj.type in NO_SURFACES and not instances.bodies[obj.name_full]:
                     notes.append(f"Object '{obj.name_full}' is {NO_SURFACES[obj.type]} without faces and left out")
             bodies += instances.bodies[obj.name_full]
     lamps += instances.lamps
@@ -94,6 +96,11 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     materials = surfaces.finish(notes)
     lamps += read_world(scene.world, notes)
     return _joined(bodies, materials, lamps, scale, notes)
+
+
+def _has_faces(obj: bpy.types.Object) -> bool:
+    """Tell whether an object is a mesh that has faces without modifiers."""
+    return obj.type == 'MESH' and len(obj.data.polygons) > 0
 
 
 def _check_size(scene: bpy.types.Scene, bodies: list[Body]) -> None:

@@ -104,9 +104,7 @@ class Own:
 _NONE = np.zeros(0, dtype=np.int64)
 
 
-def read_body(
-    obj: bpy.types.Object, state: Evaluation, roles: Roles, surfaces: SurfaceReader, notes: list[str]
-) -> Body | None:
+def read_body(obj: bpy.types.Object, state: Evaluation, roles: Roles, surfaces: SurfaceReader) -> Body | None:
     """Read an object of one of the types in `HAVE_SURFACES`.
 
     Parameters
@@ -117,8 +115,6 @@ def read_body(
         What it does with light.
     surfaces : SurfaceReader
         Reads its materials.
-    notes : list of str
-        What is read otherwise than Blender would render it is added.
 
     Returns
     -------
@@ -130,9 +126,8 @@ def read_body(
         obj.update_from_editmode()
     evaluated = state.evaluated(obj)
     with evaluated_mesh(evaluated) as mesh:
-        if len(mesh.polygons) == 0:
-            if obj.type == 'MESH' and len(obj.data.polygons):
-                notes.append(f"Object '{obj.name_full}': its modifiers leave none of its faces, so it gets no colors")
+        # A curve of which modifiers leave nothing gives no mesh at all.
+        if mesh is None or len(mesh.polygons) == 0:
             return None
         found = local_mesh(mesh)
         number = surfaces.add(mesh, evaluated)
@@ -142,7 +137,7 @@ def read_body(
 
 
 @contextmanager
-def evaluated_mesh(evaluated: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
+def evaluated_mesh(evaluated: bpy.types.Object) -> Iterator[bpy.types.Mesh | None]:
     """Give the mesh that an object is with its modifiers, for as long as the block runs.
 
     It is a mesh of its own, also where the evaluated data is only a wrapper (in Edit Mode, or subdivided on the GPU).

@@ -181,7 +181,7 @@ def test_faces_that_modifiers_take_away_or_make_are_told(read, module, scene, bl
     reading = read()
     assert [target.object_name for target in reading.targets] == ["Ribbon"] and len(reading.scene.face_area) > 0
     assert [line for line in reading.scene.warnings if "'Gone'" in line] == [
-        "Object 'Gone': its modifiers leave none of its faces, so it gets no colors"
+        "Object 'Gone': its modifiers leave none of its faces"
     ]
     chosen, warnings = module("objects.targets").stored_in_place(reading.targets)
     assert not chosen

@@ -110,6 +110,17 @@ def test_what_has_no_faces_is_left_out_by_name(read, scene, blender):
     }
 
 
+def test_a_curve_of_which_nodes_leave_nothing_is_nothing(read, scene, blender):
+    add_square(scene)
+    tree = blender.data.node_groups.new("Nothing", 'GeometryNodeTree')
+    tree.interface.new_socket("Geometry", in_out='OUTPUT', socket_type='NodeSocketGeometry')
+    tree.nodes.new('NodeGroupOutput')
+    for make in (words, ribbon):
+        obj = link(blender, scene, "Gone", make(blender))
+        obj.modifiers.new("Nodes", 'NODES').node_group = tree
+    assert read().scene.object_names == ("Square",)
+
+
 def test_settings_of_modifiers_for_renders_are_told_in_one_line(read, scene):
     add_square(scene, "Plain").modifiers.new("Weld", 'WELD')
     hidden = add_square(scene, "Hidden")
