@@ -1,15 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the faces of meshes reflect and emit: their materials, read while the meshes are there."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
-from .materials import Surface, read_material
+from ..core.paint.paint import Paint, join_paint
+from .materials import Surface
+from .materials.painting import Painting, paint_meshes
+from .materials.points import read_ground
+from .materials.reading import Unreadable, Varies, read_constant
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+    IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,11 +30,31 @@ class FaceSurfaces:
     Attributes
     ----------
     reflectance, emission : ndarray of shape (f, 3)
-        Diffuse reflectance, and radiant exitance [W/m^2], of each face.
+        Diffuse reflectance, and radiant exitance [W/m^2], of each face; their means where they vary.
+    paint : Paint or None
+        How they vary inside faces, in the space of the mesh.
     """
 
     reflectance: FloatArray
     emission: FloatArray
+    paint: Paint | None = None
+
+    def placed(self, linear: FloatArray, offset: FloatArray, order: IntArray) -> FaceSurfaces:
+        """Return this on a mesh that was brought to the world.
+
+        Parameters
+        ----------
+        linear : ndarray of shape (3, 3)
+        offset : ndarray of shape (3,)
+            A point p of the mesh is at `linear` p + `offset` in the world [m].
+        order : ndarray of shape (c,)
+            Which of the mesh's corners each corner in the world is.
+
+        Returns
+        -------
+        FaceSurfaces
+        """
+        return self if self.paint is None else replace(self, paint=self.paint.moved(linear, offset, order))
 
 
 class SurfaceReader:
@@ -34,8 +65,10 @@ class SurfaceReader:
     """
 
     def __init__(self) -> None:
-        self._known: dict[str, Surface] = {}
-        self._done: list[FaceSurfaces] = []
+        # None stands for a material that is not the same everywhere.
+        self._known: dict[str, Surface | None] = {}
+        self._named: dict[str, set[str]] = {}
+        self._done: list[FaceSurfaces | Painting] = []
 
     def add(self, mesh: bpy.types.Mesh, obj: bpy.types.Object) -> int:
         """Read the faces of a mesh.
@@ -52,22 +85,22 @@ class SurfaceReader:
         int
             Where in the list that `finish` returns its values are.
         """
-        table = []
-        for material in slot_materials(mesh, obj):
-            key = "" if material is None else material.name_full
-            if key not in self._known:
-                self._known[key] = read_material(material)
-            table.append(self._known[key])
+        materials = [None if material is None else material.original for material in slot_materials(mesh, obj)]
+        table = [self._constant(material) for material in materials]
         # Like Blender: an index beyond the last slot means the last slot.
         index = np.zeros(len(mesh.polygons), np.int32)
         mesh.polygons.foreach_get("material_index", index)
         index = index.clip(0, len(table) - 1)
-        self._done.append(
-            FaceSurfaces(
-                np.stack([surface.reflectance for surface in table])[index],
-                np.stack([surface.emission for surface in table])[index],
-            )
+        reflectance, emission = (
+            np.stack([np.zeros(3) if surface is None else getattr(surface, name) for surface in table])[index]
+            for name in ("reflectance", "emission")
         )
+        varying = {slot: materials[slot] for slot in np.unique(index).tolist() if table[slot] is None}
+        if varying:
+            named = set().union(*(self._names(material) for material in varying.values()))
+            self._done.append(Painting(read_ground(mesh, obj, index, named), varying, reflectance, emission))
+        else:
+            self._done.append(FaceSurfaces(reflectance, emission))
         return len(self._done) - 1
 
     def finish(self, notes: list[str]) -> list[FaceSurfaces]:
@@ -83,8 +116,60 @@ class SurfaceReader:
         list of FaceSurfaces
         """
         for surface in self._known.values():
-            notes.extend(surface.warnings)
-        return self._done
+            notes.extend(surface.warnings if surface is not None else ())
+        paintings = [item for item in self._done if isinstance(item, Painting)]
+        painted = iter(paint_meshes(paintings, notes))
+        return [FaceSurfaces(*next(painted)) if isinstance(item, Painting) else item for item in self._done]
+
+    def _constant(self, material: bpy.types.Material | None) -> Surface | None:
+        """Return the values of a material, or None where they depend on the place or only Cycles can tell."""
+        key = "" if material is None else material.name_full
+        if key not in self._known:
+            try:
+                self._known[key] = read_constant(material)
+            except (Varies, Unreadable):
+                self._known[key] = None
+        return self._known[key]
+
+    def _names(self, material: bpy.types.Material) -> set[str]:
+        if material.name_full not in self._named:
+            self._named[material.name_full] = _attribute_names(material.node_tree)
+        return self._named[material.name_full]
+
+
+def join_surfaces(
+    meshes: Sequence[tuple[FaceSurfaces, IntArray]],
+) -> tuple[FloatArray, FloatArray, Paint | None]:
+    """Put the surfaces of several meshes one after the other.
+
+    Parameters
+    ----------
+    meshes : sequence of (FaceSurfaces, ndarray of shape (f + 1,))
+        For each mesh also the first corner of each face, and the number of corners.
+
+    Returns
+    -------
+    reflectance, emission : ndarray of shape (f, 3)
+        Of all faces.
+    paint : Paint or None
+    """
+    parts = [
+        (surface.reflectance, surface.emission, np.repeat(np.arange(len(start) - 1), np.diff(start)), surface.paint)
+        for surface, start in meshes
+    ]
+    reflectance, emission = (np.concatenate([part[column] for part in parts]) for column in (0, 1))
+    return reflectance, emission, join_paint(parts)
+
+
+def _attribute_names(tree: bpy.types.NodeTree, seen: tuple[bpy.types.NodeTree, ...] = ()) -> set[str]:
+    """Return the attributes that a node tree and the groups in it ask for by name."""
+    names = set()
+    for node in tree.nodes:
+        if node.bl_idname == 'ShaderNodeAttribute':
+            names.add(node.attribute_name)
+        elif node.bl_idname == 'ShaderNodeGroup' and node.node_tree is not None and node.node_tree not in seen:
+            names |= _attribute_names(node.node_tree, (*seen, tree))
+    return names
 
 
 def slot_materials(mesh: bpy.types.Mesh, obj: bpy.types.Object) -> list[bpy.types.Material | None]:

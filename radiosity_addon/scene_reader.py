@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.cutting import PATCH_LIMIT
 from ..core.errors import RadiosityError
 from ..core.lighting.lamps import Lamp
 from ..core.scene import AUTO, Scene
-from .face_surfaces import FaceSurfaces, SurfaceReader
+from .face_surfaces import FaceSurfaces, SurfaceReader, join_surfaces
 from .lamps import read_lamp
 from .objects.evaluation import evaluation
 from .objects.instances import read_instances
@@ -131,7 +132,7 @@ def _joined(
     targets = tuple(
         body.target(int(first), mirrors(body.matrix)) for body, first in zip(bodies, first_corner, strict=False)
     )
-    surfaces = [materials[body.surfaces] for body in bodies]
+    reflectance, emission, paint = join_surfaces([_shown(body, materials[body.surfaces], scale) for body in bodies])
     sizes = [len(body.mesh.material) for body in bodies]
     scene = Scene(
         np.concatenate([part.vertices for part in parts]),
@@ -140,8 +141,8 @@ def _joined(
             [body.mesh.topology.face_start[:-1] + first for body, first in zip(bodies, first_corner, strict=False)]
             + [first_corner[-1:]]
         ),
-        np.concatenate([surface.reflectance for surface in surfaces]),
-        np.concatenate([surface.emission for surface in surfaces]),
+        reflectance,
+        emission,
         corner_normals=np.concatenate([part.corner_normals for part in parts]),
         face_object=np.repeat(np.arange(len(parts)), sizes),
         object_names=[target.name for target in targets],
@@ -151,7 +152,17 @@ def _joined(
         reflects=np.repeat([body.roles.reflects for body in bodies], sizes),
         emits=np.repeat([body.roles.emits for body in bodies], sizes),
         lamps=lamps,
+        paint=paint,
         sides=np.full(sum(sizes), AUTO),
         warnings=notes,
     )
     return Reading(scene, targets)
+
+
+def _shown(body: Body, surfaces: FaceSurfaces, scale: float) -> tuple[FaceSurfaces, NDArray[np.int64]]:
+    """Return the surfaces of a body in the world, and the first corner of each of its faces."""
+    face_start = body.mesh.topology.face_start
+    if surfaces.paint is None:
+        return surfaces, face_start
+    order = body.mesh.topology.turned if mirrors(body.matrix) else np.arange(face_start[-1])
+    return surfaces.placed(scale * body.matrix[:3, :3], scale * body.matrix[:3, 3], order), face_start

@@ -153,12 +153,14 @@ def test_a_texture_gives_way_to_the_sockets_own_value_with_a_warning(read):
     assert "'Brick'" in surface.warnings[0] and "Color" in surface.warnings[0]
 
 
-def test_groups_and_unknown_shaders_are_told_not_followed(read, blender):
+def test_an_empty_group_is_black_and_an_unknown_shader_told(read, blender):
     material, output = node_material("Grouped")
     group = material.node_tree.nodes.new('ShaderNodeGroup')
     group.node_tree = blender.data.node_groups.new("Inside", 'ShaderNodeTree')
     group.node_tree.interface.new_socket("Shader", in_out='OUTPUT', socket_type='NodeSocketShader')
     material.node_tree.links.new(group.outputs[0], output.inputs[0])
+    expect(read(material), 0.0, 0.0)
+    add_shader(material, 'ShaderNodeBsdfToon', output.inputs[0])
     surface = read(material)
     expect(surface, 0.8, 0.0, warnings=1)
     assert "'Grouped'" in surface.warnings[0]

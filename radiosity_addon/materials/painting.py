@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes whose materials vary become paint: as many points on each as it deserves, and the materials read at them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ...core.paint.averages import build_paint, corner_values, face_means
+from ...core.paint.paint import Paint
+from ...core.paint.samples import PaintSamples, paint_samples
+from .cycles_bake import MOST, Job, available, bake_surfaces
+from .images import Images
+from .points import Ground, Points
+from .reading import Unreadable, read_points
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    IntArray = NDArray[np.int64]
+
+# Cells on all surfaces that vary, beside the one that every triangle has, and along an edge of one triangle, at most.
+_CELLS = 1 << 16
+_ALONG = 64
+# Points that are read at a time; a multiple of 3.
+_AT_ONCE = 3 << 16
+
+
+@dataclass(frozen=True, eq=False)
+class Painting:
+    """A mesh of which some materials vary.
+
+    Attributes
+    ----------
+    ground : Ground
+    varying : dict of int to bpy.types.Material
+        These materials by slot.
+    reflectance, emission : ndarray of shape (f, 3)
+        Of the faces of all other slots.
+    """
+
+    ground: Ground
+    varying: dict[int, bpy.types.Material]
+    reflectance: Array
+    emission: Array
+
+
+def paint_meshes(paintings: Sequence[Painting], notes: list[str]) -> list[tuple[Array, Array, Paint]]:
+    """Read the materials of meshes that vary.
+
+    Parameters
+    ----------
+    paintings : sequence of Painting
+    notes : list of str
+        What was read otherwise than Blender would render it is added.
+
+    Returns
+    -------
+    list of (reflectance, emission, Paint)
+        For each mesh the values of its faces, and how they vary inside.
+    """
+    samples = [paint_samples(parts) for parts in _parts(paintings)]
+    values = [np.zeros((len(each.triangle), 6), np.float32) for each in samples]
+    told: dict[str, None] = {}
+    left = []
+    # Material by material, so that few images are held at a time.
+    wanted: dict[str, tuple[bpy.types.Material, list[tuple[int, int]]]] = {}
+    for number, painting in enumerate(paintings):
+        for slot, material in painting.varying.items():
+            wanted.setdefault(material.name_full, (material, []))[1].append((number, slot))
+    images = Images()
+    for material, places in wanted.values():
+        for number, slot in places:
+            ground = paintings[number].ground
+            of_slot = ground.material_index[ground.triangles.face[samples[number].triangle]] == slot
+            here = np.flatnonzero(of_slot)
+            try:
+                values[number][here] = _read(material, ground, _picked(samples[number], here), images, told)
+            except Unreadable:
+                left.append((material, number, here))
+    _bake(left, paintings, samples, values, images, told)
+    notes.extend(told)
+    return [_painted(*each) for each in zip(paintings, samples, values, strict=True)]
+
+
+def _read(
+    material: bpy.types.Material,
+    ground: Ground,
+    samples: PaintSamples,
+    images: Images,
+    told: dict[str, None],
+    strict: bool = True,
+) -> NDArray[np.float32]:
+    """Return reflectance and exitance at points, shape (s, 6)."""
+    parts = [np.zeros((0, 6), np.float32)]
+    for first in range(0, len(samples.triangle), _AT_ONCE):
+        part = samples.take(slice(first, first + _AT_ONCE))
+        surface = read_points(material, Points(ground, part), images, strict=strict)
+        parts.append(np.concatenate([surface.reflectance, surface.emission], axis=1).astype(np.float32))
+        told.update(dict.fromkeys(surface.warnings))
+    return np.concatenate(parts)
+
+
+def _bake(
+    left: list[tuple[bpy.types.Material, int, IntArray]],
+    paintings: Sequence[Painting],
+    samples: list[PaintSamples],
+    values: list[NDArray[np.float32]],
+    images: Images,
+    told: dict[str, None],
+) -> None:
+    """Let Cycles read what is left."""
+    if not left:
+        return
+    reason = "Cycles, which reads such nodes, is not enabled"
+    if available():
+        jobs = [Job(m, Points(paintings[n].ground, _picked(samples[n], here))) for m, n, here in left]
+        try:
+            baked = bake_surfaces(jobs)
+        except RuntimeError as error:
+            reason = f"Cycles says {str(error).strip().splitlines()[-1]}"
+        else:
+            for (_, number, here), (reflectance, radiance) in zip(left, baked, strict=True):
+                values[number][here] = np.concatenate([reflectance, np.pi * radiance], axis=1)
+            cells = sum(len(here) for _, _, here in left) // 3
+            if cells > MOST:
+                told[f"Node networks on {cells} triangles are read on {MOST} of them; the others are like the mean"] = (
+                    None
+                )
+            return
+    for material, number, here in left:
+        told[f"Material '{material.name_full}' is read as a constant: {reason}"] = None
+        picked = _picked(samples[number], here)
+        values[number][here] = _read(material, paintings[number].ground, picked, images, told, strict=False)
+
+
+def _parts(paintings: Sequence[Painting]) -> list[IntArray]:
+    """Return the cells along the edges of every triangle: 0 where nothing varies, more where it is large."""
+    areas = []
+    for painting in paintings:
+        ground = painting.ground
+        varies = np.isin(ground.material_index[ground.triangles.face], list(painting.varying))
+        # In the world, where all meshes are next to each other.
+        world = ground.triangles.points @ ground.matrix[:3, :3].T
+        twice = np.cross(world[:, 1] - world[:, 0], world[:, 2] - world[:, 0])
+        areas.append(np.where(varies, np.linalg.norm(twice, axis=1), -1.0))
+    total = sum(float(area[area > 0].sum()) for area in areas)
+    scale = _CELLS / total if 0.0 < total < np.inf else 0.0
+    return [
+        np.where(area < 0, 0, np.ceil(np.sqrt(np.maximum(area, 0.0) * scale)).clip(1, _ALONG)).astype(np.int64)
+        for area in areas
+    ]
+
+
+def _picked(samples: PaintSamples, here: IntArray) -> PaintSamples:
+    return PaintSamples(samples.triangle[here], samples.share[here], samples.parts)
+
+
+def _painted(painting: Painting, samples: PaintSamples, values: NDArray[np.float32]) -> tuple[Array, Array, Paint]:
+    """Return the faces and the paint of one mesh."""
+    ground = painting.ground
+    faces = len(ground.material_index)
+    plain = np.concatenate([painting.reflectance, painting.emission], axis=1)
+    varies = np.isin(ground.material_index, list(painting.varying))
+    mean = np.where(varies[:, None], face_means(samples, values, ground.triangles, faces), plain)
+    same = _continued(ground)
+    corner = corner_values(samples, values, ground.triangles, mean[ground.corner_face], same)
+    paint = build_paint(samples, values, ground.triangles, corner, ground.normal)
+    return mean[:, :3], mean[:, 3:], paint
+
+
+def _continued(ground: Ground) -> IntArray:
+    """Return a number that corners share where the texture goes on: of one vertex, material and place in the UV map."""
+    key = ground.corner_vertex * 64 + ground.material_index[ground.corner_face] % 64
+    layer = ground.uv_maps.get(ground.active_uv)
+    if layer is not None:
+        # Numbers that are equal where coordinates are, and hardly anywhere else.
+        u, v = np.round(np.nan_to_num(layer.values.astype(float)) * 16384.0).astype(np.int64).T
+        key = (key * 0x9E3779B1 + u) * 0x85EBCA6B + v
+    return np.unique(key, return_inverse=True)[1].reshape(-1)
