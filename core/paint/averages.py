@@ -91,8 +91,9 @@ def corner_values(
     own, known = _mean(corner, weight[around], values[around], len(same))
     own[~known] = instead[~known]
     # Every face counts as much, however it is cut into triangles.
-    joint, joined = _mean(same, known.astype(float), own, int(np.max(same, initial=-1)) + 1)
-    # Each face's spread around its mean, and how far the corner is from those next door.
+    groups = int(np.max(same, initial=-1)) + 1
+    joint, joined = _mean(same, known.astype(float), own, groups)
+    # How far the faces around a vertex are from even, and from each other.
     face = triangles.face[samples.triangle]
     faces = int(np.max(triangles.face, initial=-1)) + 1
     mean, _ = _mean(face, weight, values, faces)
@@ -100,7 +101,9 @@ def corner_values(
     corner_face = np.zeros(len(same), np.int64)
     corner_face[triangles.corner.ravel()] = np.repeat(triangles.face, 3)
     apart = ((own - joint[same]) ** 2).sum(axis=1)
-    blend = known & joined[same] & (apart <= spread[corner_face].sum(axis=1))
+    uneven = spread[corner_face].sum(axis=1)
+    smooth = np.bincount(same, known * apart, groups) <= np.bincount(same, known * uneven, groups)
+    blend = known & (joined & smooth)[same]
     return np.where(blend[:, None], joint[same], own)
 
 

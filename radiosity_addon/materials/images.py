@@ -37,10 +37,13 @@ class Picture:
         Linear color times alpha, and alpha, from below to above; each half as large as the one before.
     packed : bool
         Whether alpha is a picture of its own, which the color does not depend on.
+    encoded : bool
+        Whether its file holds 8 bits that are not linear.
     """
 
     levels: tuple[Single, ...]
     packed: bool
+    encoded: bool
 
     def at(self, uv: Array, extension: str, closest: bool) -> Array:
         """Return color and alpha at points, each averaged over as much as it stands for.
@@ -138,13 +141,15 @@ def _read(image: bpy.types.Image) -> Picture | None:
         return None
     values = np.empty(width * height * channels, np.float32)
     image.pixels.foreach_get(values)
+    levels = [_reduced(values.reshape(height, width, channels), image)]
+    linear = is_linear(image)
+    encoded = not image.is_float and not linear
+    packed = image.alpha_mode == 'CHANNEL_PACKED' or linear
     if not loaded and image.source == 'FILE' and not image.is_dirty:
         image.buffers_free()
-    base = _reduced(values.reshape(height, width, channels), image)
-    levels = [base]
     while max(levels[-1].shape[:2]) > 1:
         levels.append(_shrunk(levels[-1], (levels[-1].shape[0] + 1) // 2, (levels[-1].shape[1] + 1) // 2))
-    return Picture(tuple(levels), image.alpha_mode == 'CHANNEL_PACKED')
+    return Picture(tuple(levels), packed, encoded)
 
 
 def _reduced(pixels: Single, image: bpy.types.Image) -> Single:
@@ -167,13 +172,14 @@ def _linear(pixels: Single, image: bpy.types.Image) -> Single:
     whole = np.ones((*pixels.shape[:2], 4), np.float32)
     color = pixels[..., :1] if channels < 3 else pixels[..., :3]
     # What has more than 8 bits is linear already.
-    if not image.is_float and not is_linear(image):
+    encoded = not image.is_float and not is_linear(image)
+    if encoded:
         color = _SRGB[(color * 255.0 + 0.5).clip(0, 255).astype(np.uint8)]
     whole[..., :3] = color
     if channels in {2, 4} and image.alpha_mode != 'NONE':
         whole[..., 3] = pixels[..., channels - 1]
         # Those with more bits have the color times alpha already, too.
-        if not image.is_float and image.alpha_mode != 'CHANNEL_PACKED' and not is_linear(image):
+        if encoded and image.alpha_mode != 'CHANNEL_PACKED':
             whole[..., :3] *= whole[..., 3:]
     return np.nan_to_num(whole, posinf=0.0, neginf=0.0)
 

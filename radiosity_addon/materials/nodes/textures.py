@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..images import NEUTRAL, is_linear
+from ..images import NEUTRAL
 from ..network import Unreadable, Varies
 from .inputs import generated
 
@@ -34,7 +34,7 @@ def _image(place: Place, node: Node, output: Socket) -> Array:
     if picture is None:
         network.note(f"image '{image.name_full}' is missing; {NEUTRAL} is used in its place")
         return np.ones(1) if output.identifier == 'Alpha' else np.full(3, NEUTRAL)
-    if not image.is_float and not is_linear(image) and image.colorspace_settings.name not in _KNOWN_SPACES:
+    if picture.encoded and image.colorspace_settings.name not in _KNOWN_SPACES:
         network.note(f"image '{image.name_full}' is read as sRGB, not as {image.colorspace_settings.name}")
     key = (*place.path, node.name, "pixels")
     if key not in network.known:
@@ -46,13 +46,13 @@ def _image(place: Place, node: Node, output: Socket) -> Array:
     alpha = values[:, 3:]
     if output.identifier == 'Alpha':
         return alpha
-    if picture.packed or is_linear(image) or (alpha == 1.0).all():
+    if picture.packed or (alpha == 1.0).all():
         return values[:, :3]
     color = np.where(alpha > 0.0, values[:, :3] / np.where(alpha > 0.0, alpha, 1.0), 0.0)
     # Cycles keeps color and alpha apart only where alpha is used; else it multiplies them as they are in the file.
     if any(socket.links for socket in node.outputs[1:]):
         return color
-    return values[:, :3] if image.is_float else color * alpha**_FILE_GAMMA
+    return color * alpha**_FILE_GAMMA if picture.encoded else values[:, :3]
 
 
 def moved(node: Node) -> bool:
