@@ -65,7 +65,7 @@ class Scene:
     max_edge : ndarray of shape (f,)
         Longest edge of the face's patches [m], in place of the bake's; NaN leaves it to the bake.
     occludes, shades : ndarray of shape (f,)
-        Whether the face blocks the light of other faces, and that of lamps and the sky.
+        Whether the face blocks the light of other faces and of lamps, and that of the sky.
     reflects, emits : ndarray of shape (f,)
         Whether what the face reflects and emits lights others; its own colours show it anyway.
     lamps : tuple of Lamp

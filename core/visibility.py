@@ -69,13 +69,13 @@ def scene_occluders(scene: Scene, patches: Patches) -> SurfaceOccluders:
     """
     found = SurfaceOccluders(occluder_polygons(scene, patches))
     if not np.array_equal(scene.occludes, scene.shades):
-        found.for_lamps = SurfaceOccluders(occluder_polygons(scene, patches, scene.shades))
+        found.for_sky = SurfaceOccluders(occluder_polygons(scene, patches, scene.shades))
     return found
 
 
-def lamp_occluders(occluders: Occluders) -> Occluders:
-    """Return what blocks the light of lamps where the light between surfaces is blocked by `occluders`."""
-    return occluders.for_lamps or occluders if isinstance(occluders, SurfaceOccluders) else occluders
+def sky_occluders(occluders: Occluders) -> Occluders:
+    """Return what blocks the light of the sky where all other light is blocked by `occluders`."""
+    return occluders.for_sky or occluders if isinstance(occluders, SurfaceOccluders) else occluders
 
 
 class SurfaceOccluders:
@@ -88,12 +88,12 @@ class SurfaceOccluders:
 
     Attributes
     ----------
-    for_lamps : SurfaceOccluders or None
-        What blocks the light of lamps, where that is something else.
+    for_sky : SurfaceOccluders or None
+        What blocks the light of the sky, where that is something else.
     """
 
     def __init__(self, occluding: Occluding) -> None:
-        self.for_lamps: SurfaceOccluders | None = None
+        self.for_sky: SurfaceOccluders | None = None
         self._occluding = occluding
         self._stream = StreamOccluders(occluding)
 

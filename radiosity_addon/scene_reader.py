@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.cutting import PATCH_LIMIT
 from ..core.errors import RadiosityError
-from ..core.lighting.lamps import Lamp
+from ..core.lighting.lamps import Lamp, SkyLamp
 from ..core.scene import AUTO, Scene
 from .face_surfaces import FaceSurfaces, SurfaceReader, join_surfaces
 from .lamps import read_lamp
@@ -134,6 +134,7 @@ def _joined(
     )
     reflectance, emission, paint = join_surfaces([_shown(body, materials[body.surfaces], scale) for body in bodies])
     sizes = [len(body.mesh.material) for body in bodies]
+    plain_sky = any(isinstance(lamp, SkyLamp) and lamp.radiance.size == 3 for lamp in lamps)
     scene = Scene(
         np.concatenate([part.vertices for part in parts]),
         np.concatenate([part.corner_vertex + first for part, first in zip(parts, first_vertex, strict=False)]),
@@ -148,7 +149,7 @@ def _joined(
         object_names=[target.name for target in targets],
         max_edge=np.repeat([scale * body.roles.max_edge for body in bodies], sizes),
         occludes=np.repeat([body.roles.occludes for body in bodies], sizes),
-        shades=np.repeat([body.roles.shades for body in bodies], sizes),
+        shades=np.repeat([body.roles.shades if plain_sky else body.roles.occludes for body in bodies], sizes),
         reflects=np.repeat([body.roles.reflects for body in bodies], sizes),
         emits=np.repeat([body.roles.emits for body in bodies], sizes),
         lamps=lamps,

@@ -16,10 +16,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lighting.lamps import scene_reach
+from ..lighting.lamps import SkyLamp, scene_reach
 from ..meshing import Patches
 from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, FloatArray, IntArray, Scene
-from ..visibility import Occluders, lamp_occluders
+from ..visibility import Occluders, sky_occluders
 
 Generator = np.random.Generator
 
@@ -193,7 +193,8 @@ class _Search:
             place, normal = points.place[which], points.normal[which]
             way, length, gain = lamp.sample(place, normal, u[which], v[which])
             end = place + np.minimum(length, self._reach)[:, None] * way
-            clear = ~lamp_occluders(self._occluders).blocked(place, end)
+            blockers = sky_occluders(self._occluders) if isinstance(lamp, SkyLamp) else self._occluders
+            clear = ~blockers.blocked(place, end)
             # Light that nothing blocks is in every solid; there it is not looked for.
             clear |= (points.node[which] % 2 == 0) & (not lamp.shadows)
             found[which] = clear & (gain > 0 if gain.ndim == 1 else gain.any(axis=1))

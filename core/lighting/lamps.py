@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import FloatArray
-from ..visibility import Occluders, lamp_occluders
+from ..visibility import Occluders, sky_occluders
 from .area_lamps import AreaLamp
 from .round_lamps import Cone, PointLamp, SunLamp
 from .sky import SkyLamp
@@ -68,10 +68,10 @@ def lamp_irradiance(
         light = lamp.unshadowed(points, normals)
         lit = np.flatnonzero(light.any(axis=1))
         if lamp.shadows and len(lit):
-            side, finer = max(1, ceil(sqrt(rays))), _FINER
+            side, finer, blockers = max(1, ceil(sqrt(rays))), _FINER, occluders
             if isinstance(lamp, SkyLamp):
-                side, finer = _SKY_CELLS * side, _SKY_FINER
-            share = visible_share(lamp, points[lit], normals[lit], occluders, side=side, finer=finer, reach=reach)
+                side, finer, blockers = _SKY_CELLS * side, _SKY_FINER, sky_occluders(occluders)
+            share = visible_share(lamp, points[lit], normals[lit], blockers, side=side, finer=finer, reach=reach)
             H[lit] += light[lit] * share
         else:
             H += light
@@ -99,7 +99,7 @@ def direct_light(
         Irradiance H [W/m^2].
     """
     rays, reach = _RAYS[settings.quality], scene_reach(scene)
-    return lamp_irradiance(scene.lamps, points, normals, lamp_occluders(occluders), rays=rays, reach=reach)
+    return lamp_irradiance(scene.lamps, points, normals, occluders, rays=rays, reach=reach)
 
 
 def scene_reach(scene: "Scene") -> float:

@@ -18,7 +18,7 @@ class Roles:
     receives : bool
         Whether colors are written to it.
     occludes, shades : bool
-        Whether it blocks the light of other faces, and that of lamps and the sky.
+        Whether it blocks the light of other faces and of lamps, and that of a sky of one color.
     reflects, emits : bool
         Whether what it reflects and emits lights others.
     max_edge : float
@@ -55,8 +55,10 @@ def read_roles(obj: bpy.types.Object) -> Roles:
     Parameters
     ----------
     obj : bpy.types.Object
-        As in Cycles, what diffuse rays do not see lights nothing and hides nothing from other surfaces, but it is lit;
-        and what shadow rays do not see does not block lamps.
+        As in Cycles, what diffuse rays do not see lights nothing, but it is lit. What shadow rays do not see does not
+        block light that comes straight from lamps, emitters or a sky with a picture; a sky of one color is found by
+        diffuse rays. Light that bounces, which in Cycles follows diffuse rays as well, is taken to go the way of most
+        light.
 
     Returns
     -------
@@ -65,8 +67,8 @@ def read_roles(obj: bpy.types.Object) -> Roles:
     chosen = obj.radiosity
     return Roles(
         receives=chosen.receive,
-        occludes=chosen.occlude and obj.visible_diffuse,
-        shades=chosen.occlude and obj.visible_shadow,
+        occludes=chosen.occlude and obj.visible_shadow,
+        shades=chosen.occlude and obj.visible_diffuse,
         reflects=chosen.reflect and obj.visible_diffuse,
         emits=chosen.emit and obj.visible_diffuse,
         max_edge=chosen.max_edge if chosen.max_edge > 0.0 else math.nan,

@@ -60,13 +60,14 @@ ALL_ON = {"occludes": True, "shades": True, "reflects": True, "emits": True}
         ({"occlude": False}, {}, ("occludes", "shades")),
         ({"reflect": False}, {}, ("reflects",)),
         ({"emit": False}, {}, ("emits",)),
-        ({}, {"visible_diffuse": False}, ("occludes", "reflects", "emits")),
-        ({}, {"visible_shadow": False}, ("shades",)),
+        ({}, {"visible_diffuse": False}, ("shades", "reflects", "emits")),
+        ({}, {"visible_shadow": False}, ("occludes",)),
         ({}, {"visible_camera": False, "visible_glossy": False, "is_holdout": True, "is_shadow_catcher": True}, ()),
     ],
 )
-def test_switches_and_visibility_reach_the_faces(read, scene, switches, visible, off):
+def test_switches_and_visibility_reach_the_faces(read, scene, blender, switches, visible, off):
     add_square(scene)
+    scene.world = blender.data.worlds.new("Sky")
     box = add_mesh(scene, "Box", CUBE_VERTICES, CUBE_FACES)
     for name, value in switches.items():
         setattr(box.radiosity, name, value)
@@ -75,6 +76,10 @@ def test_switches_and_visibility_reach_the_faces(read, scene, switches, visible,
     found = read().scene
     for name, on in (ALL_ON | dict.fromkeys(off, False)).items():
         assert getattr(found, name).tolist() == [True] + [on] * 6, name
+    # Shadow rays find all lamps but a sky of one color.
+    scene.world = None
+    found = read().scene
+    np.testing.assert_array_equal(found.shades, found.occludes)
 
 
 @pytest.mark.parametrize("lamp", [True, False])
