@@ -144,7 +144,8 @@ def build_paint(
     arm = np.einsum("sk,ski->si", samples.share[here], triangles.points[triangle]) - frame[at, 0]
     edges = frame[:, 1:]
     along = np.einsum("si,sei->se", arm, (edges / (edges**2).sum(axis=2, keepdims=True))[at])
-    cell = np.clip((along * size[at]).astype(np.int64), 0, size[at] - 1)
+    # Of positions that are no numbers, none will do.
+    cell = np.clip(np.nan_to_num(along * size[at], posinf=0.0).astype(np.int64), 0, size[at] - 1)
     texel = first[at] + cell[:, 1] * size[at, 0] + cell[:, 0]
     weight = samples.weights(triangles.area())[here]
     mean, _ = _mean(texel, weight, values[here], int(first[-1]))
@@ -177,7 +178,7 @@ def _rasters(
     cells = np.add.reduceat(parts[which].astype(float) ** 2, begin)
     area = np.add.reduceat(triangles.area()[which], begin)
     density = np.sqrt(cells / np.maximum(area, 1e-300))
-    return frame, np.clip(np.round(extent * density[:, None]), 1, _MOST_TEXELS).astype(np.int64)
+    return frame, np.nan_to_num(np.clip(np.round(extent * density[:, None]), 1, _MOST_TEXELS), nan=1.0).astype(np.int64)
 
 
 def _mean(

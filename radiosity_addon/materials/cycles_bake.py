@@ -69,15 +69,21 @@ def bake_surfaces(jobs: Sequence[Job]) -> list[tuple[Array, Array]]:
     RuntimeError
         When Cycles fails.
     """
-    cells = [len(job.points.samples.triangle) // 3 for job in jobs]
-    step = max(1, -(-sum(cells) // MOST))
+    total = sum(len(job.points.samples.triangle) for job in jobs) // 3
+    step = max(1, -(-total // MOST))
+    results = []
     with _scene() as (scene, made):
-        objects = [_place(job, step, scene, made) for job in jobs]
-        results = []
-        for kind, passes in (('DIFFUSE', {'COLOR'}), ('EMIT', set())):
-            _bake(scene, objects, kind, passes)
-            results.append([_baked(obj, count, step) for obj, count in zip(objects, cells, strict=True)])
-    return list(zip(*results, strict=True))
+        for job in jobs:
+            # One at a time: Cycles loads the whole scene anew for each object that it bakes.
+            obj = _place(job, step, scene, made)
+            cells = len(job.points.samples.triangle) // 3
+            pair = []
+            for kind, passes in (('DIFFUSE', {'COLOR'}), ('EMIT', set())):
+                _bake(scene, obj, kind, passes)
+                pair.append(_baked(obj, cells, step))
+            results.append((pair[0], pair[1]))
+            _forget(made)
+    return results
 
 
 @contextmanager
@@ -97,17 +103,22 @@ def _scene() -> Iterator[tuple[bpy.types.Scene, list[bpy.types.ID]]]:
         yield scene, made
     finally:
         bpy.data.scenes.remove(scene)
-        bpy.data.batch_remove(made)
+        _forget(made)
 
 
-def _bake(scene: bpy.types.Scene, objects: list[bpy.types.Object], kind: str, passes: set[str]) -> None:
+def _forget(made: list[bpy.types.ID]) -> None:
+    bpy.data.batch_remove(made)
+    made.clear()
+
+
+def _bake(scene: bpy.types.Scene, obj: bpy.types.Object, kind: str, passes: set[str]) -> None:
     chosen = {
         "scene": scene,
         "view_layer": scene.view_layers[0],
-        "object": objects[0],
-        "active_object": objects[0],
-        "selected_objects": objects,
-        "selected_editable_objects": objects,
+        "object": obj,
+        "active_object": obj,
+        "selected_objects": [obj],
+        "selected_editable_objects": [obj],
     }
     with quiet(), bpy.context.temp_override(**chosen):
         bpy.ops.object.bake(type=kind, pass_filter=passes, target='VERTEX_COLORS', use_clear=False)

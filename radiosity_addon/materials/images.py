@@ -21,7 +21,7 @@ LARGEST = 1024
 # Images that are kept at a time.
 _KEPT = 8
 # Pixels that are turned linear at a time.
-_AT_ONCE = 1 << 22
+_AT_ONCE = 1 << 20
 # Of an image that is not there.
 NEUTRAL = 0.5
 _AS_IT_IS = ("Non-Color", "Linear", "Raw", "scene_linear", "data", "Generic Data")
@@ -174,14 +174,15 @@ def _linear(pixels: Single, image: bpy.types.Image) -> Single:
     # What has more than 8 bits is linear already.
     encoded = not image.is_float and not is_linear(image)
     if encoded:
-        color = _SRGB[(color * 255.0 + 0.5).clip(0, 255).astype(np.uint8)]
+        # 8 bits as single precision are between 0 and 1.
+        color = _SRGB[(color * np.float32(255.0) + np.float32(0.5)).astype(np.uint8)]
     whole[..., :3] = color
     if channels in {2, 4} and image.alpha_mode != 'NONE':
         whole[..., 3] = pixels[..., channels - 1]
         # Those with more bits have the color times alpha already, too.
         if encoded and image.alpha_mode != 'CHANNEL_PACKED':
             whole[..., :3] *= whole[..., 3:]
-    return np.nan_to_num(whole, posinf=0.0, neginf=0.0)
+    return whole if encoded else np.nan_to_num(whole, posinf=0.0, neginf=0.0)
 
 
 def is_linear(image: bpy.types.Image) -> bool:
@@ -193,11 +194,15 @@ def _shrunk(pixels: Single, rows: int, columns: int, starts: NDArray[np.int64] |
     """Return the means of blocks of pixels."""
     for axis, count in ((0, rows), (1, columns)):
         size = pixels.shape[axis]
+        if size % count == 0:
+            ways = (count, size // count)
+            shape = (*ways, *pixels.shape[1:]) if axis == 0 else (len(pixels), *ways, pixels.shape[2])
+            pixels = pixels.reshape(shape).sum(axis=axis + 1) / np.float32(size // count)
+            continue
         begin = starts if axis == 0 and starts is not None else np.linspace(0, size, count + 1).astype(np.int64)[:-1]
-        if len(begin) != size:
-            lengths = np.diff(np.append(begin, size)).astype(np.float32)
-            shape = (-1, 1, 1) if axis == 0 else (1, -1, 1)
-            pixels = np.add.reduceat(pixels, begin, axis=axis) / lengths.reshape(shape)
+        lengths = np.diff(np.append(begin, size)).astype(np.float32)
+        shape = (-1, 1, 1) if axis == 0 else (1, -1, 1)
+        pixels = np.add.reduceat(pixels, begin, axis=axis) / lengths.reshape(shape)
     return pixels
 
 

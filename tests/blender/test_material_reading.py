@@ -2,6 +2,7 @@
 """Node networks read on meshes, beside what Cycles bakes of them."""
 
 import importlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -433,3 +434,57 @@ def test_a_textured_floor_lights_walls_with_its_colors(extension, blender, scene
     # The floor's corners show their own half.
     np.testing.assert_allclose(color["Floor"][[0, 3]].argmax(axis=1), 0)
     np.testing.assert_allclose(color["Floor"][[1, 2]].argmax(axis=1), 1)
+
+
+def test_without_cycles_a_constant_stands_in_and_is_told(run_blender, extension):
+    """Disabling Cycles cannot be undone in one process, so this one has its own."""
+    root = str(Path(extension.__file__).resolve().parent)
+    done = run_blender(
+        f"""
+import sys, importlib, pathlib
+import bpy, addon_utils
+addon_utils.disable("cycles")
+root = pathlib.Path({root!r})
+sys.path.insert(0, str(root.parent))
+module = importlib.import_module(root.name + ".radiosity_addon.face_surfaces")
+bpy.ops.mesh.primitive_plane_add()
+obj = bpy.context.object
+material = bpy.data.materials.new("Noisy")
+if material.node_tree is None:
+    material.use_nodes = True
+tree = material.node_tree
+principled = next(node for node in tree.nodes if node.bl_idname == 'ShaderNodeBsdfPrincipled')
+principled.inputs["Base Color"].default_value = (0.1, 0.2, 0.3, 1.0)
+tree.links.new(tree.nodes.new('ShaderNodeTexNoise').outputs[0], principled.inputs["Base Color"])
+obj.data.materials.append(material)
+reader, notes = module.SurfaceReader(), []
+reader.add(obj.data, obj)
+(surfaces,) = reader.finish(notes)
+assert abs(surfaces.reflectance - (0.1, 0.2, 0.3)).max() < 1e-6, surfaces.reflectance
+assert any("'Noisy'" in note and "Cycles" in note for note in notes), notes
+"""
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_no_node_of_blender_stops_a_reading(read, blender, scene):
+    kinds = [kind for kind in dir(blender.types) if kind.startswith("ShaderNode") and kind not in {'ShaderNodeTree'}]
+    objects = []
+    for kind in kinds:
+        network = Network(blender, kind)
+        try:
+            node = network.tree.nodes.new(kind)
+        except RuntimeError:
+            continue  # a base class, or of other trees
+        for output in node.outputs:
+            if output.type == 'SHADER':
+                network.shown(output)
+            else:
+                network.principled(Base__Color=output)
+        objects.append(square(scene, network.material, kind))
+    surfaces, notes = read(*objects)
+    assert len(surfaces) == len(objects) > 70
+    for each in surfaces:
+        assert np.isfinite(each.reflectance).all() and np.isfinite(each.emission).all()
+        assert (each.reflectance >= 0).all() and (each.emission >= 0).all()
+    assert all(note.startswith(("Material '", "Node")) for note in notes)
