@@ -33,9 +33,9 @@ class Triangles:
     face: IntArray
 
     def area(self) -> FloatArray:
-        """Return the areas, shape (t,) [m^2]."""
+        """Return the areas, shape (t,) [m^2]; 0 where a corner is nowhere."""
         a, b, c = self.points.transpose(1, 0, 2)
-        return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+        return np.nan_to_num(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), posinf=0.0)
 
 
 def face_means(samples: PaintSamples, values: NDArray[np.floating], triangles: Triangles, faces: int) -> FloatArray:

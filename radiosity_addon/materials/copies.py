@@ -49,7 +49,8 @@ def _prepare(tree: bpy.types.NodeTree, made: list[bpy.types.ID]) -> None:
         elif node.bl_idname == 'ShaderNodeLightPath':
             for output in node.outputs:
                 _replace(tree, output, 1.0 if output.identifier in _SEEN else 0.0)
-        elif node.bl_idname == 'ShaderNodeTexImage' and node.image is not None and 0 in node.image.size[:]:
+        elif node.bl_idname == 'ShaderNodeTexImage' and (node.image is None or 0 in node.image.size[:]):
+            # Cycles would show pink.
             _replace(tree, node.outputs["Color"], NEUTRAL)
             _replace(tree, node.outputs["Alpha"], 1.0)
 

@@ -402,8 +402,10 @@ def test_tiles_and_loose_image_nodes_do_not_stop_a_reading(read, blender, scene)
         square(scene, one.diffuse(one.image(image=tiled))),
         square(scene, other.diffuse(other('ShaderNodeTexImage', "Color")), "Second"),
     ]
-    surfaces, _ = read(*objects)
-    assert all(np.isfinite(each.reflectance).all() for each in surfaces)
+    surfaces, notes = read(*objects)
+    assert np.isfinite(surfaces[0].reflectance).all()
+    np.testing.assert_allclose(surfaces[1].reflectance, 0.5)
+    assert any("'Empty'" in note for note in notes)
 
 
 def test_a_textured_floor_lights_walls_with_its_colors(extension, blender, scene):

@@ -24,8 +24,8 @@ _KNOWN_SPACES = ("sRGB", "sRGB OETF")
 def _image(place: Place, node: Node, output: Socket) -> Array:
     network, image = place.network, node.image
     if image is None:
-        # Blender shows nothing.
-        return np.zeros(3) if output.identifier == 'Color' else np.zeros(1)
+        network.note(f"'{node.name}' has no image; {NEUTRAL} is used in its place")
+        return _missing(output)
     if node.projection != 'FLAT' or image.source not in {'FILE', 'GENERATED'} or moved(node):
         raise Unreadable(node.name)
     if network.points is None:
@@ -33,7 +33,7 @@ def _image(place: Place, node: Node, output: Socket) -> Array:
     picture = network.images.get(image)
     if picture is None:
         network.note(f"image '{image.name_full}' is missing; {NEUTRAL} is used in its place")
-        return np.ones(1) if output.identifier == 'Alpha' else np.full(3, NEUTRAL)
+        return _missing(output)
     if picture.encoded and image.colorspace_settings.name not in _KNOWN_SPACES:
         network.note(f"image '{image.name_full}' is read as sRGB, not as {image.colorspace_settings.name}")
     key = (*place.path, node.name, "pixels")
@@ -53,6 +53,10 @@ def _image(place: Place, node: Node, output: Socket) -> Array:
     if any(socket.links for socket in node.outputs[1:]):
         return color
     return color * alpha**_FILE_GAMMA if picture.encoded else values[:, :3]
+
+
+def _missing(output: Socket) -> Array:
+    return np.ones(1) if output.identifier == 'Alpha' else np.full(3, NEUTRAL)
 
 
 def moved(node: Node) -> bool:
