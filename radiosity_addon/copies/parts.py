@@ -89,6 +89,7 @@ def _part(target: Target, scene: Scene, fine: Refinement, own: IntArray, edge_be
     if target.mirrored:
         # Counter-clockwise there is clockwise here.
         corner = np.repeat(start[:-1] + start[1:] - 1, np.diff(start)) - corner
+    corner, start, face = _without_repeats(fine.corner_vertex[corner], corner, start, np.arange(begin, end))
     source = fine.corner_source[corner] - first
     source = evaluated.turned[source] if target.mirrored else source
     vertex, corner_vertex = np.unique(fine.corner_vertex[corner], return_inverse=True)
@@ -96,11 +97,13 @@ def _part(target: Target, scene: Scene, fine: Refinement, own: IntArray, edge_be
     used = scene.corner_vertex[first : first + count]
     low, high = np.searchsorted(edge_begin, (used.min(), used.max() + 1))
     edge, edge_source = fine.edge[low:high], fine.edge_source[low:high]
+    known = np.isin(edge, vertex).all(axis=1)
+    edge, edge_source = edge[known], edge_source[known]
     return Part(
         corner,
         corner_vertex.reshape(-1),
-        start - start[0],
-        fine.face[begin:end] - first_face,
+        start,
+        fine.face[face] - first_face,
         source,
         fine.corner_weight[corner],
         own[fine.vertex_source[vertex]],
@@ -108,3 +111,29 @@ def _part(target: Target, scene: Scene, fine: Refinement, own: IntArray, edge_be
         np.searchsorted(vertex, edge),
         own[edge_source],
     )
+
+
+def _without_repeats(
+    vertex: IntArray, corner: IntArray, start: IntArray, face: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Leave out what Blender crashes on: corners at the vertex of another one of their face, and what they leave of it.
+
+    Parameters
+    ----------
+    vertex, corner : ndarray of shape (c,)
+        Vertices of the corners of all faces, and the corners themselves.
+    start : ndarray of shape (f + 1,)
+    face : ndarray of shape (f,)
+
+    Returns
+    -------
+    corner, start, face : ndarray
+        Of those that stay; `start` begins with 0.
+    """
+    size = np.diff(start)
+    owner = np.repeat(np.arange(len(size)), size)
+    keep = np.zeros(len(corner), dtype=bool)
+    keep[np.unique(owner * (vertex.max(initial=0) + 1) + vertex, return_index=True)[1]] = True
+    left = np.bincount(owner[keep], minlength=len(size))
+    keep &= (left >= 3)[owner]
+    return corner[keep], np.concatenate(([0], np.cumsum(left[left >= 3]))), face[left >= 3]
