@@ -17,8 +17,8 @@ from .filter import smoothed
 from .probes import groups_shut_in, points_shut_in
 from .quality import Detail
 from .receivers import DirectLight, Receivers, group_receivers
-from .rows import Scenery, gather, stream_rows
-from .transport import BRIGHT, closed_sum, closures, node_means, parted
+from .rows import BRIGHT, Scenery, gather, stream_rows
+from .transport import closures, node_means, parted
 from .tree import Float, Int
 
 STAGE = "Final gather"
@@ -127,26 +127,26 @@ def final_gather(
     """
     receivers = group_receivers(corners.point, corners.normal)
     scale = float(np.max(radiosity, initial=0.0)) or 1.0
-    # Beside the radiosity what is emitted; a last column of ones adds up the rows.
+    # Beside the radiosity what is emitted.
     shown = np.column_stack((radiosity, elements.emission)) / scale
-    means = node_means(scenery.sources, elements.area, shown)
-    nodes = parted(np.column_stack((means, np.ones(len(means)))), scenery.brightness > BRIGHT)
+    nodes = parted(node_means(scenery.sources, elements.area, shown), scenery.brightness > BRIGHT)
     single = nodes.astype(np.float32)
-    parts, links, rays = [], 0, 0
+    parts, row_sums, links, rays = [], [], 0, 0
     need = _need(receivers, corners, patches, elements, irradiance)
     for rows in stream_rows(receivers, scenery, detail, workers, need):
         parts.append(gather(rows, receivers, single))
+        row_sums.append(rows.sums)
         links += len(rows.weight)
         rays += rows.rays
         yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
-    gathered = np.concatenate(parts)
+    gathered, sums = np.concatenate(parts), np.concatenate(row_sums)
     shut = np.repeat(groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first))
-    closure = closures(gathered[:, [6, 13]], shut)
+    closure = closures(sums, shut)
     lamps, others = (np.zeros((len(corners.point), 6)) for _ in range(2))
     covered = np.zeros(len(corners.point), bool)
     lamps[receivers.index] = scale * gathered[:, :6]
-    others[receivers.index] = scale * closure[:, None] * gathered[:, 7:13]
-    dark = receivers.index[closed_sum(gathered, closure)[:, 6] < COVERED]
+    others[receivers.index] = scale * closure[:, None] * gathered[:, 6:]
+    dark = receivers.index[sums[:, 0] + closure * sums[:, 1] < COVERED]
     covered[dark] = points_shut_in(corners.point[dark], corners.normal[dark], elements.corners, scenery.occluders)
     if direct is not None:
         lamps += np.tile(direct(corners.point, corners.normal), 2)

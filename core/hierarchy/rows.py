@@ -7,6 +7,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..visibility import Occluders
 from .kernels import Single, far_form_factors, near_form_factors
@@ -21,6 +22,8 @@ from .tree import Float, Int
 TASK = 32
 # Tasks computed ahead of the one that is waited for.
 _AHEAD = 8
+# Nodes this many times as bright as is typical need no putting right.
+BRIGHT = 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,8 @@ class Rows:
         First weight of each group.
     weight : ndarray of shape (w,)
         For each group its links, for each link its receivers: form factor times visible share.
+    sums : ndarray of shape (r, 2)
+        Share of its surroundings that each receiver of the groups sees shine: of bright nodes, and of the others.
     rays : int
         Cast on the way.
     """
@@ -73,6 +78,7 @@ class Rows:
     node: Int
     begin: Int
     weight: Single
+    sums: Float
     rays: int
 
     def blocks(self, receivers: Receivers) -> Iterator[tuple[slice, Int, Single]]:
@@ -123,13 +129,23 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     if need is not None:
         carried *= need[links.group[pair[shining]]]
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
-    share, cast = visible_share(
+    share, plain, cast = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
     )
+    sums = _sums(receivers, groups, receiver[shining], weight[shining] * plain, scenery.brightness[node] > BRIGHT)
     weight[shining] *= share
     first = np.searchsorted(links.group, np.append(groups, np.iinfo(np.int64).max))
     begin = np.concatenate(([0], np.cumsum(count)))[first]
-    return Rows(groups, first, links.node, begin, weight, cast)
+    return Rows(groups, first, links.node, begin, weight, sums, cast)
+
+
+def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Float, bright: NDArray[np.bool_]) -> Float:
+    """Add up form factors of pairs for each receiver of groups that follow each other, shape (r, 2)."""
+    if not len(groups):
+        return np.zeros((0, 2))
+    begin, end = receivers.first[groups[0]], receivers.first[groups[-1] + 1]
+    column = 2 * (receiver - begin) + ~bright
+    return np.bincount(column, factor, 2 * (end - begin)).reshape(-1, 2)
 
 
 def stream_rows(

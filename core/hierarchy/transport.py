@@ -24,7 +24,7 @@ from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
 from .receivers import Receivers, group_receivers
-from .rows import Rows, Scenery, gather, received, stream_rows
+from .rows import BRIGHT, Rows, Scenery, build_rows, gather, received, stream_rows
 from .sources import Sources, build_sources
 from .tree import Float
 
@@ -33,14 +33,14 @@ STAGE = "Links"
 _DARKEST, _BRIGHTEST = -5.0, 15.0
 # Of a typical irradiance: where nothing shines, rays go anywhere.
 _FAINT = 0.05
-# Nodes this many times as bright as is typical need no putting right.
-BRIGHT = 12.0
 # A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
 _CLOSURE = 0.1
 # What is received from a lamp, and from all others, may be put right by this factor at most: more would let errors of
 # hidden places out, such as the gap between a lamp and its ceiling.
 _BALANCE = 1.15
 _OTHERS = 1.05
+# More lamps than this are not looked at one by one.
+_MOST_LAMPS = 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +201,7 @@ def build_scenery(elements: Elements, radiosity: Float, typical: float, occluder
 
 
 def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Occluders) -> Scenery:
-    targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
+    targets = SourcePoints(sources, elements.corners, elements.area, bright + _FAINT)
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
     return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
 
@@ -246,10 +246,12 @@ def hierarchical_transport(
         done += len(part.group)
         check_memory(rows, done / len(receivers))
         yield Progress(STAGE, done / len(receivers))
-    return linked(elements, scenery, receivers, rows)
+    return linked(elements, scenery, receivers, rows, detail)
 
 
-def linked(elements: Elements, scenery: Scenery, receivers: Receivers, rows: list[Rows]) -> HierarchicalTransport:
+def linked(
+    elements: Elements, scenery: Scenery, receivers: Receivers, rows: list[Rows], detail: Detail
+) -> HierarchicalTransport:
     """Put rows together: add them up, close those of closed rooms, and see what arrives.
 
     Parameters
@@ -260,6 +262,8 @@ def linked(elements: Elements, scenery: Scenery, receivers: Receivers, rows: lis
         Of the elements.
     rows : list of Rows
         For all groups of receivers, in order.
+    detail : Detail
+        That they were made with.
 
     Returns
     -------
@@ -267,21 +271,45 @@ def linked(elements: Elements, scenery: Scenery, receivers: Receivers, rows: lis
         Not yet balanced.
     """
     bright = scenery.brightness > BRIGHT
-    sums = _gathered(rows, receivers, parted(np.ones((len(bright), 1)), bright))
+    sums = np.zeros((len(elements), 2))
+    sums[receivers.index] = np.concatenate([part.sums for part in rows])
     shut = np.zeros(len(elements), bool)
     shut[receivers.index] = np.repeat(
         groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
     )
-    closure, one = closures(sums, shut), np.ones(len(elements))
     tree = scenery.sources.tree
     leaf = np.flatnonzero(tree.child < 0)
     lamp = np.zeros(len(elements), bool)
     lamp[tree.order[tree.start[leaf]]] = bright[leaf]
-    total = closed_sum(sums, closure)[:, 0]
+    if lamp.sum() <= _MOST_LAMPS:
+        sums[lamp] = _seen(elements.pick(np.flatnonzero(lamp)), scenery, elements, detail)
+    closure, one = closures(sums, shut), np.ones(len(elements))
+    total = sums[:, 0] + closure * sums[:, 1]
     transport = HierarchicalTransport(
         elements, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
     )
     return replace(transport, arrives=_arrives(transport))
+
+
+def _seen(lamps: Elements, scenery: Scenery, elements: Elements, detail: Detail) -> Float:
+    """Return the row sums of a few elements, by rays that go everywhere alike, shape (l, 2).
+
+    A lamp sees what it lights, so rays that go where it is bright find that it sees more than it does.
+    """
+    if not len(lamps):
+        return np.zeros((0, 2))
+    even = np.ones(len(elements))
+    plain = replace(
+        scenery,
+        brightness=np.ones(len(scenery.brightness)),
+        uneven=np.zeros(len(scenery.brightness)),
+        targets=SourcePoints(scenery.sources, elements.corners, elements.area, even),
+    )
+    receivers = group_receivers(lamps.centre, lamps.normal)
+    rows = build_rows(receivers, np.arange(len(receivers)), plain, detail)
+    sums = np.zeros((len(lamps), 2))
+    sums[receivers.index] = rows.sums
+    return sums
 
 
 def check_memory(rows: list[Rows], share: float) -> None:
