@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..form_factors import point_to_polygon
-from .sources import Sources
+from .sources import Sources, shown_area
 from .tree import Float, Int
 
 Single = NDArray[np.float32]
@@ -16,7 +16,7 @@ _TINY = np.float32(1e-36)
 
 
 def far_form_factors(point: Float, normal: Float, sources: Sources, node: Int) -> Single:
-    """Integrate the kernel over far nodes by four points each.
+    """Integrate the kernel over far nodes: by four points each, or by the area that a wide node shows.
 
     Parameters
     ----------
@@ -29,6 +29,38 @@ def far_form_factors(point: Float, normal: Float, sources: Sources, node: Int) -
     -------
     ndarray of shape (k,)
     """
+    factors = np.zeros(len(node), np.float32)
+    wide = sources.wide[node]
+    told = np.flatnonzero(wide)
+    if len(told):
+        factors[told] = _by_shown_area(point[told], normal[told], sources, node[told])
+        told = np.flatnonzero(~wide)
+        factors[told] = _by_points(point[told], normal[told], sources, node[told])
+        return factors
+    return _by_points(point, normal, sources, node)
+
+
+def _by_shown_area(point: Float, normal: Float, sources: Sources, node: Int) -> Single:
+    """Return form factors of nodes that look in many directions, as bodies of the area that they show."""
+    factors = np.zeros(len(node), np.float32)
+    for first in range(0, len(node), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        s = node[part]
+        to = (sources.centre[s] - point[part]).astype(np.float32)
+        squared = np.maximum((to * to).sum(axis=1), _TINY)
+        distance = np.sqrt(squared)
+        shown = shown_area(sources, s, -to / distance[:, None]).astype(np.float32)
+        # The mean height over the horizon, of a ball of the node's radius: a part of it may be below.
+        height = (normal[part].astype(np.float32) * to).sum(axis=1)
+        reach = np.maximum(sources.radius[s].astype(np.float32), 1e-6 * distance)
+        above = np.clip(height + reach, 0, 2 * reach)
+        height = np.where(height > reach, height, above * above / (4 * reach))
+        factors[part] = shown * height / (np.pi * squared * distance)
+    return factors
+
+
+def _by_points(point: Float, normal: Float, sources: Sources, node: Int) -> Single:
+    """Return form factors by the four points of each node."""
     factors = np.zeros(len(node), np.float32)
     for first in range(0, len(node), _BLOCK):
         part = slice(first, first + _BLOCK)

@@ -11,17 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .receivers import Receivers
-from .sources import Sources
+from .sources import Sources, shown_area
 from .tree import Float, Int
 
-# What a curved cluster's quadrature points stand for may bend by this sine in the end; by more, if it carries little.
-_BEND = 0.35
-# Clipping at the rim of a curved cluster always loses light, which does not even out as other errors do.
-_FRINGE = 10.0
-
-
-# A cluster of several walls shines into each direction with its mean: only if its parts differ by less than this.
+# A cluster of several walls shines into each direction with its mean. It may if its parts differ by less than this, or if
+# it carries so little that this many times what they differ by is no more than other errors.
 _UNEVEN = 0.25
+_UNEVENLY = 1.0
+# What carries this many times less than would be opened may be as near as its radius over this, whatever the angle.
+_DIM = 4.0
+_WIDEST = 1.0
+# Receivers of a group are nearer to a node than its middle is, down to this share of that distance.
+_WITHIN = 0.3
+# The area that a wide cluster shows is known to some per cent.
+_WIDE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +35,7 @@ class Links:
     ----------
     group, node : ndarray of shape (k,)
     form_factor : ndarray of shape (k,)
-        An upper estimate, by the group's centre.
+        An estimate, rather high, by the group's centre.
     near : ndarray of shape (k,)
         True for leaves so close that only the exact kernel will do.
     """
@@ -87,10 +90,11 @@ def find_links(
         carried = form_factor * brightness[s] if need is None else form_factor * brightness[s] * need[g]
         # A curved cluster's points are centroids, not Gauss's: as good as those of a flat one twice as large.
         ratio = np.where(sources.flat[s], ratio, 2 * ratio)
-        fine = (ratio < angle) & (carried * np.minimum(ratio, 1) ** 2 < error)
-        fine &= (sources.bend[s] < _BEND) | (_FRINGE * carried * sources.bend[s] ** 2 < error)
+        missed = carried * np.minimum(ratio, 1) ** 2
+        fine = (missed < error) & ((ratio < angle) | ((ratio < _WIDEST) & (_DIM * missed < error)))
+        fine &= ~sources.wide[s] | (_WIDE * carried < error)
         if uneven is not None:
-            fine &= sources.flat[s] | (uneven[s] < _UNEVEN)
+            fine &= sources.flat[s] | (uneven[s] < _UNEVEN) | (_UNEVENLY * uneven[s] * carried < error)
         done = leaf | fine
         found.append((g[done], s[done], form_factor[done], ~fine[done]))
         g, s = np.repeat(g[~done], 2), np.column_stack((tree.child[s[~done]], tree.child[s[~done]] + 1)).ravel()
@@ -117,10 +121,26 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
     height += receivers.depth[g] + receivers.cone[g] * reach
     # The furthest that any receiver stands before the node's plane, in which its centroid lies if it is flat.
     to = sources.centre[s] - receivers.centre[g]
-    front = np.where(sources.flat[s], -(normal * to).sum(axis=1), (np.abs(normal) * half - normal * apart).sum(axis=1))
+    flat, before = sources.flat[s], -(normal * to).sum(axis=1)
+    front = np.where(flat, before, (np.abs(normal) * half - normal * apart).sum(axis=1))
     cosine = np.abs((axis * normal).sum(axis=1))
-    front += spread * np.sqrt(np.maximum(1 - cosine * cosine, 0)) + receivers.depth[g] + sources.cone[s] * reach
+    aside = spread * np.sqrt(np.maximum(1 - cosine * cosine, 0)) + receivers.depth[g]
+    front += aside + sources.cone[s] * reach
     seen = (height > 1e-7 * reach) & (front > 1e-7 * reach)
-    distance = np.maximum(np.sqrt((to * to).sum(axis=1)) - spread, 1e-3 * sources.radius[s] + 1e-300)
-    cosines = np.clip(height / distance, 0, 1) * np.clip(front / distance, 0, 1)
-    return seen, np.minimum(sources.facing[s] * cosines / (np.pi * distance**2), 1), sources.radius[s] / distance
+    # What a receiver that is placed rather well gets: bounds on all of them would be too large by far.
+    length = np.sqrt((to * to).sum(axis=1)) + 1e-300
+    distance = np.maximum(length - spread, _WITHIN * length)
+    above = _rather((axis * to).sum(axis=1), sources.radius[s] + receivers.depth[g] + receivers.cone[g] * length)
+    facing = sources.area[s] * _rather(before, aside) / length
+    shown = np.where(flat, facing, shown_area(sources, s, -to / length[:, None]))
+    form_factor = shown * np.minimum(above / length, 1) / (np.pi * distance * distance + shown)
+    near = np.maximum(length - spread, 1e-3 * sources.radius[s] + 1e-300)
+    return seen, form_factor, sources.radius[s] / near
+
+
+def _rather(height: Float, reach: Float) -> Float:
+    """Return how far above a horizon things are that spread by `reach` about a height, of the higher ones."""
+    higher = height + 0.5 * reach
+    above = np.maximum(higher + reach, 0)
+    rather: Float = np.where(higher > reach, higher, above * above / np.maximum(4 * reach, 1e-300))
+    return rather
