@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .dense.columns import column_transport
+from .facing.lit_sides import Surroundings
 from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
-from .hierarchy.solve import EXPOSED, exposed_irradiance, patch_solution, solve
+from .hierarchy.solve import EXPOSED, Lit, exposed_irradiance, patch_solution, solve
 from .lighting.lamps import direct_light
 from .meshing import Patches
 from .occlusion.surfaces import occluder_polygons
@@ -29,7 +30,6 @@ from .shading import corner_irradiance
 from .shooting import shooting
 from .solution import Solution
 from .transport import MOST_SENT, dense_transport, reciprocity_error
-from .visibility import Occluders
 
 FloatArray = NDArray[np.float64]
 
@@ -97,13 +97,13 @@ class _Clock:
 
 
 Method = Callable[
-    [Scene, Patches, Settings, Occluders, Executor | None],
+    [Scene, Patches, Settings, Surroundings, Executor | None],
     Generator[Progress, None, Solved],
 ]
 
 
 def _hierarchical(
-    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders, executor: Executor | None
+    scene: Scene, patches: Patches, settings: Settings, occluders: Surroundings, executor: Executor | None
 ) -> Generator[Progress, None, Solved]:
     """Solve through a hierarchy of sources and gather once more at the corners."""
     quality = QUALITIES[settings.quality]
@@ -125,8 +125,8 @@ def _hierarchical(
         corners = corner_receivers(scene)
         elements, solution = lit.elements, lit.solution
         H = exposed_irradiance(lit, patches, corners.group, solution.irradiance)
-        arriving = lit.transport.gather(elements.emission) + lit.direct
-        first = exposed_irradiance(lit, patches, corners.group, arriving)
+        straight = solution.irradiance if solution.direct is None else solution.direct
+        first = exposed_irradiance(lit, patches, corners.group, straight)
         B = elements.emission + elements.reflectance * H
         exposed = lit.transport.row_sums() > EXPOSED
         H, first, links, rays = yield from clock.watch(
@@ -148,8 +148,6 @@ def _hierarchical(
     # Elements that something stands on see nothing: their rows tell nothing about the others.
     sums = lit.transport.row_sums()
     sums = np.where(sums > COVERED, sums, np.nan)
-    # What arrives from lamps counts as emitted.
-    E, rho = elements.emission + lit.direct, elements.reflectance
     share = elements.area / patches.area[elements.patch]
     spent = clock.seconds
     seconds = {
@@ -162,7 +160,7 @@ def _hierarchical(
         H[corners.group],
         first[corners.group],
         np.bincount(elements.patch, share * sums, len(patches.area)),
-        energy_balance(elements.area, E, rho, solution, lit.transport.sent()),
+        _energy(lit),
         None,
         lit.transport.links + links,
         lit.rays + rays,
@@ -170,8 +168,21 @@ def _hierarchical(
     )
 
 
+def _energy(lit: Lit) -> Energy:
+    """Add up where the light of a hierarchical solution went; what arrives from lamps counts as emitted."""
+    elements, solution, A = lit.elements, lit.solution, lit.elements.area[:, None]
+    source = elements.emission - lit.lamp + lit.direct + lit.straight
+    others = replace(solution, radiosity=solution.radiosity - lit.lamp)
+    energy = energy_balance(elements.area, source, elements.reflectance, others, lit.transport.sent())
+    # What lamps send and nothing receives.
+    lost = float((A * (lit.lamp - lit.straight)).sum())
+    emitted = energy.emitted + lost
+    error = energy.error * energy.emitted / emitted if emitted else 0.0
+    return Energy(emitted, energy.absorbed, energy.escaped + lost, error)
+
+
 def _gathering(
-    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders, executor: Executor | None
+    scene: Scene, patches: Patches, settings: Settings, occluders: Surroundings, executor: Executor | None
 ) -> Generator[Progress, None, Solved]:
     """Solve with the whole matrix (T5, T13)."""
     clock = _Clock()
@@ -196,7 +207,7 @@ def _gathering(
 
 
 def _shooting(
-    scene: Scene, patches: Patches, settings: Settings, occluders: Occluders, executor: Executor | None
+    scene: Scene, patches: Patches, settings: Settings, occluders: Surroundings, executor: Executor | None
 ) -> Generator[Progress, None, Solved]:
     """Solve with columns on demand (T8)."""
     clock = _Clock()

@@ -14,17 +14,16 @@ from .receivers import Receivers
 from .sources import Sources, shown_area
 from .tree import Float, Int
 
-# A cluster of several walls shines into each direction with its mean. It may if its parts differ by less than this, or if
-# it carries so little that this many times what they differ by is no more than other errors.
-_UNEVEN = 0.25
-_UNEVENLY = 1.0
+# A cluster of several walls shines into each direction with its mean. It may if this many times what its parts differ
+# by is no more than other errors.
+_UNEVENLY = 2.0
 # What carries this many times less than would be opened may be as near as its radius over this, whatever the angle.
 _DIM = 4.0
 _WIDEST = 1.0
 # Receivers of a group are nearer to a node than its middle is, down to this share of that distance.
 _WITHIN = 0.3
 # The area that a wide cluster shows is known to some per cent.
-_WIDE = 0.1
+_WIDE = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +93,7 @@ def find_links(
         fine = (missed < error) & ((ratio < angle) | ((ratio < _WIDEST) & (_DIM * missed < error)))
         fine &= ~sources.wide[s] | (_WIDE * carried < error)
         if uneven is not None:
-            fine &= sources.flat[s] | (uneven[s] < _UNEVEN) | (_UNEVENLY * uneven[s] * carried < error)
+            fine &= sources.flat[s] | (_UNEVENLY * uneven[s] * carried < error)
         done = leaf | fine
         found.append((g[done], s[done], form_factor[done], ~fine[done]))
         g, s = np.repeat(g[~done], 2), np.column_stack((tree.child[s[~done]], tree.child[s[~done]] + 1)).ravel()
@@ -133,7 +132,7 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
     above = _rather((axis * to).sum(axis=1), sources.radius[s] + receivers.depth[g] + receivers.cone[g] * length)
     facing = sources.area[s] * _rather(before, aside) / length
     shown = np.where(flat, facing, shown_area(sources, s, -to / length[:, None]))
-    form_factor = shown * np.minimum(above / length, 1) / (np.pi * distance * distance + shown)
+    form_factor = shown * np.minimum(above / length, 1) / np.maximum(np.pi * distance * distance + shown, 1e-300)
     near = np.maximum(length - spread, 1e-3 * sources.radius[s] + 1e-300)
     return seen, form_factor, sources.radius[s] / near
 

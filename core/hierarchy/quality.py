@@ -36,8 +36,10 @@ class Quality:
         Patches are split until an element can misplace no more than this share of the emitted power.
     size : float
         ... and until none is larger than this share of the scene's diagonal.
-    pilot : Detail
-        For the first look at who is bright.
+    samples : int
+        Elements that receive indirect light, at most; where there are more, some receive for others.
+    direct : Detail
+        For light straight from emitters to the elements.
     solve : Detail
         For the solution at the elements.
     gather : Detail
@@ -46,16 +48,43 @@ class Quality:
 
     split: float
     size: float
-    pilot: Detail
+    samples: int
+    direct: Detail
     solve: Detail
     gather: Detail
 
 
-_PILOT = Detail(0.7, 0.05, 0.1, 4)
-
 QUALITIES = {
-    "preview": Quality(1e-3, 1 / 16, _PILOT, Detail(1.0, 0.03, 0.05, 4), Detail(0.8, 0.03, 0.03, 8)),
-    "medium": Quality(1e-4, 1 / 32, _PILOT, Detail(0.7, 0.01, 0.02, 8), Detail(0.5, 0.005, 0.01, 16)),
-    "high": Quality(3e-5, 1 / 48, _PILOT, Detail(0.5, 0.004, 0.01, 16), Detail(0.4, 0.002, 0.005, 32)),
-    "production": Quality(1e-5, 1 / 64, _PILOT, Detail(0.35, 0.001, 0.004, 32), Detail(0.3, 0.0007, 0.002, 64)),
+    "preview": Quality(
+        split=1e-3,
+        size=1 / 16,
+        samples=3_000,
+        direct=Detail(0.7, 0.02, 0.05, 4),
+        solve=Detail(1.0, 0.02, 0.03, 4),
+        gather=Detail(0.8, 0.02, 0.03, 8),
+    ),
+    "medium": Quality(
+        split=1e-4,
+        size=1 / 32,
+        samples=7_000,
+        direct=Detail(0.6, 0.01, 0.02, 8),
+        solve=Detail(0.6, 0.004, 0.015, 8),
+        gather=Detail(0.5, 0.003, 0.008, 16),
+    ),
+    "high": Quality(
+        split=3e-5,
+        size=1 / 48,
+        samples=14_000,
+        direct=Detail(0.5, 0.004, 0.01, 16),
+        solve=Detail(0.45, 0.0015, 0.006, 16),
+        gather=Detail(0.4, 0.0015, 0.005, 32),
+    ),
+    "production": Quality(
+        split=1e-5,
+        size=1 / 64,
+        samples=28_000,
+        direct=Detail(0.35, 0.001, 0.004, 32),
+        solve=Detail(0.25, 0.0002, 0.002, 32),
+        gather=Detail(0.3, 0.0005, 0.002, 64),
+    ),
 }

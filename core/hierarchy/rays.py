@@ -12,10 +12,10 @@ _STEP = np.array([0.7548776662466927, 0.5698402909980532])
 _HASH = 0.6180339887498949
 # Rays that a link is tried with before it gets all it deserves.
 _TRIED = 4
-# Times that a point on a curved node is drawn anew because it faces away.
+# Times that a point on a wide node is drawn anew because it faces away.
 _REDRAWN = 3
 # Rays that are prepared at a time: their temporaries stay in a core's second-level cache.
-_BLOCK = 8192
+_BLOCK = 16384
 
 
 class SourcePoints:
@@ -26,27 +26,23 @@ class SourcePoints:
     sources : Sources
     corners : ndarray of shape (n, 4, 3)
         Of the elements [m].
-    area : ndarray of shape (n,)
-        [m^2].
-    density : ndarray of shape (n,)
-        Points on each element, in proportion: more where more light is.
+    weight : ndarray of shape (n,)
+        Points on each element, in proportion: its area, and more where more light is.
     """
 
-    def __init__(self, sources: Sources, corners: Float, area: Float, density: Float) -> None:
+    def __init__(self, sources: Sources, corners: Float, weight: Float) -> None:
         order = sources.tree.order
         self._sources = sources
-        self.curved = ~sources.flat
+        self.wide = sources.wide
         self._triangle = (corners[order, 2] == corners[order, 3]).all(axis=1)
-        self._below = np.concatenate(([0.0], np.cumsum((area * density)[order])))
+        self._below = np.concatenate(([0.0], np.cumsum(weight[order])))
         a, b, c, d = corners[order].transpose(1, 0, 2)
         # Everything about an element side by side, in the order of the leaves: one look at memory for each point.
         bend = np.where(self._triangle[:, None], 0.0, a - b + c - d)
-        self._packed = np.concatenate(
-            [a, b - a, d - a, bend, sources.normals[order], np.maximum(density[order], 1e-300)[:, None]], axis=1
-        )
+        self._packed = np.concatenate([a, b - a, d - a, bend, sources.normals[order]], axis=1)
 
-    def draw(self, node: Int, u: Float, v: Float) -> tuple[Float, Float, Float]:
-        """Return a point of each node, the normal there and how densely points are drawn there.
+    def draw(self, node: Int, u: Float, v: Float) -> tuple[Float, Float]:
+        """Return a point of each node and the normal there.
 
         Parameters
         ----------
@@ -57,7 +53,6 @@ class SourcePoints:
         Returns
         -------
         point, normal : ndarray of shape (k, 3)
-        density : ndarray of shape (k,)
         """
         tree = self._sources.tree
         start, stop = tree.start[node], tree.stop[node]
@@ -76,7 +71,7 @@ class SourcePoints:
         u, v = np.where(fold, 1 - u, u)[:, None], np.where(fold, 1 - v, v)[:, None]
         packed = self._packed[slot]
         point = packed[:, :3] + u * packed[:, 3:6] + v * packed[:, 6:9] + (u * v) * packed[:, 9:12]
-        return point, packed[:, 12:15], packed[:, 15]
+        return point, packed[:, 12:15]
 
 
 def visible_share(
@@ -87,7 +82,7 @@ def visible_share(
     rays: Int,
     targets: SourcePoints,
     occluders: Occluders,
-) -> tuple[Float, Float, int]:
+) -> tuple[Float, int]:
     """Cast rays from receivers to nodes and return which share of the light gets through.
 
     Parameters
@@ -105,9 +100,6 @@ def visible_share(
     -------
     share : ndarray of shape (k,)
         0 to 1; samples count by the light they would bring.
-    plain : ndarray of shape (k,)
-        The same if all of the node were equally bright: what a lamp sees of a floor is what it lights, so the share of
-        the floor's light that reaches the lamp is larger than that of the floor.
     cast : int
         How many rays there were.
     """
@@ -119,7 +111,7 @@ def visible_share(
         sums[:, mixed] += _sampled(
             point, normal, receiver[mixed], node[mixed], rest, first[mixed], targets, occluders
         )
-    return sums[0] / sums[1], sums[2] / sums[3], int(first.sum() + rest.sum())
+    return sums[0] / sums[1], int(first.sum() + rest.sum())
 
 
 def _sampled(
@@ -132,42 +124,41 @@ def _sampled(
     targets: SourcePoints,
     occluders: Occluders,
 ) -> Float:
-    """Return the light of the samples that get through and of all, twice: by density and plain; shape (4, k)."""
+    """Return the light of the samples that get through and of all, after `done` samples of each pair; shape (2, k)."""
     pair = np.repeat(np.arange(len(node)), rays)
     turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
-    light, density = np.zeros(len(pair)), np.zeros(len(pair))
+    light = np.zeros(len(pair))
     for first in range(0, len(pair), _BLOCK):
         part = slice(first, first + _BLOCK)
         r, s = receiver[pair[part]], node[pair[part]]
         origin[part] = point[r]
-        target[part], light[part], density[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
+        target[part], light[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
     clear = ~occluders.blocked(origin, target)
     # Never nothing, so that a pair whose samples all look past each other still has a share.
     light += 1e-6 * float(np.max(light, initial=1e-290))
-    plain = light / density
-    return np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light, plain * clear, plain)])
+    return np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light)])
 
 
 def _targets(
     origin: Float, normal: Float, receiver: Int, node: Int, turn: Int, targets: SourcePoints
-) -> tuple[Float, Float, Float]:
-    """Return points on nodes, the light that each would bring, and how densely they are drawn there."""
+) -> tuple[Float, Float]:
+    """Return points on nodes, and the light that each would bring."""
     # Each receiver begins somewhere else in the sequence, so that the errors of neighbours cancel instead of agreeing.
     index = turn[:, None] * _STEP + receiver[:, None] * _STEP[::-1] + (node * _HASH)[:, None]
     u, v = (index - np.floor(index)).T
-    target, facing, density = targets.draw(node, u, v)
+    target, facing = targets.draw(node, u, v)
     to = target - origin
     there = -(facing * to).sum(axis=1)
     for again in range(1, _REDRAWN + 1):
-        # The far side of a curved node is hidden by its near side, which would count as an obstacle.
-        away = np.flatnonzero((there <= 0) & targets.curved[node])
+        # The far side of a wide node is hidden by its near side, which would count as an obstacle.
+        away = np.flatnonzero((there <= 0) & targets.wide[node])
         if not len(away):
             break
         u, v = ((index[away] + again * _HASH) % 1.0).T
-        target[away], facing[away], density[away] = targets.draw(node[away], u, v)
+        target[away], facing[away] = targets.draw(node[away], u, v)
         to[away] = target[away] - origin[away]
         there[away] = -(facing[away] * to[away]).sum(axis=1)
     squared = (to * to).sum(axis=1)
     cosines = np.maximum((normal * to).sum(axis=1), 0) * np.maximum(there, 0)
-    return target, cosines / np.maximum(squared * squared, 1e-300), density
+    return target, cosines / np.maximum(squared * squared, 1e-300)

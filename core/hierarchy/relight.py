@@ -97,7 +97,12 @@ def relight(relighting: Relighting, patches: Patches, *, sweeps: int = 3) -> Lit
     elements, transport = lit.elements, lit.transport
     rho, emission = patches.surface(elements.corners, elements.patch)
     elements = replace(elements, reflectance=rho, emission=emission)
-    E = emission + rho * lit.direct
+    # Lamps were looked at more closely than links tell: what those miss of their light goes with what lamps emit.
+    was, total = lit.lamp.any(axis=1), elements.area[:, None] * np.stack((lit.lamp, emission))
+    before, now = total[:, was].sum(axis=1)
+    missed = (lit.straight - transport.gather(lit.lamp)) * (now / np.where(before > 0, before, np.inf))
+    direct = lit.direct + missed
+    E = emission + rho * direct
     dull = _restricted(rho, relighting)
     B, H = E.copy(), np.zeros_like(E)
     residual = np.inf
@@ -109,7 +114,7 @@ def relight(relighting: Relighting, patches: Patches, *, sweeps: int = 3) -> Lit
         step = missing + (_bounced(relighting.matrix, means, dull) - means)[relighting.cluster]
         B += step
         residual = float(np.abs(step).max() / max(float(np.abs(B).max()), 1e-300))
-    irradiance = np.where(rho > 0, (B - E) / np.where(rho > 0, rho, 1), H) + lit.direct
+    irradiance = np.where(rho > 0, (B - E) / np.where(rho > 0, rho, 1), H) + direct
     solution = Solution(B, irradiance, sweeps, residual < _CONVERGED, residual)
     return replace(lit, elements=elements, solution=solution)
 
@@ -158,7 +163,8 @@ def refine(lit: Lit, patches: Patches, detail: Detail, workers: Executor) -> Gen
         yield Progress("Links", (done + 1) / len(stale))
     if not stale:
         return lit, 0
-    renewed = linked(elements, scenery, transport.receivers, rows, detail).balanced(lit.solution.radiosity)
+    renewed = linked(elements, transport.samples, scenery, transport.receivers, rows, detail)
+    renewed = renewed.balanced(lit.solution.radiosity)
     return replace(lit, transport=renewed, scenery=scenery), sum(len(rows[index].group) for index in stale)
 
 

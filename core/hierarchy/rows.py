@@ -19,7 +19,7 @@ from .sources import Sources
 from .tree import Float, Int
 
 # Groups that one task computes: enough for NumPy to be busy, few enough to show progress and to be cancelled.
-TASK = 32
+TASK = 64
 # Tasks computed ahead of the one that is waited for.
 _AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
@@ -129,17 +129,17 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     if need is not None:
         carried *= need[links.group[pair[shining]]]
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
-    share, plain, cast = visible_share(
+    share, cast = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
     )
-    sums = _sums(receivers, groups, receiver[shining], weight[shining] * plain, scenery.brightness[node] > BRIGHT)
     weight[shining] *= share
+    sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
     first = np.searchsorted(links.group, np.append(groups, np.iinfo(np.int64).max))
     begin = np.concatenate(([0], np.cumsum(count)))[first]
     return Rows(groups, first, links.node, begin, weight, sums, cast)
 
 
-def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Float, bright: NDArray[np.bool_]) -> Float:
+def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, bright: NDArray[np.bool_]) -> Float:
     """Add up form factors of pairs for each receiver of groups that follow each other, shape (r, 2)."""
     if not len(groups):
         return np.zeros((0, 2))

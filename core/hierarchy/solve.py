@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The hierarchical method from patches to light: elements, a first look, links, bounces, and a final gather."""
+"""The hierarchical method from patches to light: elements, light straight from emitters, links, and bounces.
+
+Light that comes straight from lamps (elements that shine much brighter than what they light) is looked for at every
+element; all other light changes less from place to place and is solved for at samples.
+"""
 
 from collections.abc import Generator
 from concurrent.futures import Executor
@@ -7,22 +11,35 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..facing.lit_sides import Surroundings
 from ..gathering import gathering
 from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
-from ..visibility import Occluders
 from .elements import Elements, split_patches
 from .quality import Quality
-from .receivers import DirectLight, group_receivers
-from .rows import Scenery, gather, stream_rows
-from .transport import HierarchicalTransport, build_scenery, hierarchical_transport, node_means, relit
+from .receivers import DirectLight, Receivers, group_receivers
+from .rows import Rows, Scenery, gather, received, stream_rows
+from .samples import choose_samples
+from .transport import (
+    BALANCE,
+    MOST_LAMPS,
+    HierarchicalTransport,
+    build_scenery,
+    check_memory,
+    hierarchical_transport,
+    node_means,
+    of_leaves,
+    relit,
+)
 from .tree import Float, Int
 
 # Reflectance that the ambient light of the first look is estimated with, at most.
 _MOST_AMBIENT = 0.9
 # Share of its surroundings that an element in a closed room has to see for not being hidden itself.
 EXPOSED = 0.3
+# An element is a lamp when it emits this many times what arrives at a typical one.
+_LAMP = 3.0
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
 _CLOSER = 0.05
 
@@ -38,7 +55,11 @@ class Lit:
     solution : Solution
         On the elements.
     direct : ndarray of shape (n, 3)
-        The part of their irradiance that comes from lamps and not from elements [W/m^2].
+        The part of their irradiance that comes from no element [W/m^2].
+    lamp : ndarray of shape (n, 3)
+        What elements that are lamps emit [W/m^2].
+    straight : ndarray of shape (n, 3)
+        The irradiance that comes straight from those [W/m^2].
     scenery : Scenery
         Lit by the solution, for a final gather.
     rays : int
@@ -49,13 +70,15 @@ class Lit:
     transport: HierarchicalTransport
     solution: Solution
     direct: Float
+    lamp: Float
+    straight: Float
     scenery: Scenery
     rays: int
 
 
 def solve(
     patches: Patches,
-    occluders: Occluders,
+    occluders: Surroundings,
     quality: Quality,
     workers: Executor,
     *,
@@ -68,7 +91,7 @@ def solve(
     Parameters
     ----------
     patches : Patches
-    occluders : Occluders
+    occluders : Surroundings
     quality : Quality
     workers : concurrent.futures.Executor
         Who computes; the result does not depend on it, bit for bit.
@@ -87,27 +110,61 @@ def solve(
     """
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
     yield Progress("Elements", 1.0)
-    E, rho = elements.emission.copy(), elements.reflectance
+    E, rho, A = elements.emission, elements.reflectance, elements.area[:, None]
     H0 = direct(elements.centre, elements.normal) if direct else np.zeros_like(E)
-    guess, typical, rays = yield from _first_look(elements, E, rho, H0, occluders, quality, workers)
-    E += rho * H0
+    look = yield from _first_look(elements, H0, occluders, quality, workers)
+    first = H0 + look.irradiance()
+    # A guess at what is bright: direct light, and an even share of the rest, as shooting displays it.
+    grey = min(float((A * rho).mean() / A.mean()), _MOST_AMBIENT)
+    ambient = (A * rho * first).sum(axis=0) / A.sum() / (1 - grey)
+    ambient += (A * (E - look.emission)).sum(axis=0) / A.sum() / (1 - grey)
+    guess = E + rho * (first + ambient)
+    typical = typical_irradiance(elements, first + ambient) or look.typical
     scenery = build_scenery(elements, guess, typical, occluders)
     yield Progress("Links", 0.0)
-    transport = yield from hierarchical_transport(elements, scenery, quality.solve, workers)
-    # Where the light is decides how much of it goes amiss: once by the guess, once by the solution.
-    transport = transport.balanced(guess)
-    solution = yield from gathering(transport, E, rho, iterations=iterations, tolerance=tolerance)
-    if iterations > 1:
-        transport = transport.balanced(solution.radiosity)
-        again = yield from gathering(
-            transport, E, rho, iterations=iterations, tolerance=_CLOSER * tolerance, start=solution.radiosity
-        )
-        converged = solution.converged and again.residual <= tolerance
-        solution = replace(again, iterations=solution.iterations + again.iterations, converged=converged)
-    solution = replace(solution, irradiance=solution.irradiance + H0)
+    samples = choose_samples(elements, occluders, quality.samples)
+    transport = yield from hierarchical_transport(elements, samples, scenery, quality.solve, workers)
+    straight = look.irradiance(transport.sums)
+    # All but the lamps' own light: B' = B - E of the lamps = E' + rho (H straight + G B').
+    dim = E - look.emission
+    source = dim + rho * (H0 + straight)
+    transport, solution = yield from _bounces(
+        transport, source, dim, guess - look.emission, rho, iterations, tolerance
+    )
+    solution = replace(
+        solution,
+        radiosity=look.emission + solution.radiosity,
+        irradiance=H0 + straight + solution.irradiance,
+        direct=H0 + straight + transport.gather(dim),
+    )
     typical = typical_irradiance(elements, solution.irradiance) or typical
     scenery = relit(scenery, elements, solution.radiosity, typical)
-    return Lit(elements, transport, solution, H0, scenery, rays + transport.rays)
+    return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.rays + transport.rays)
+
+
+def _bounces(
+    transport: HierarchicalTransport,
+    source: Float,
+    start: Float,
+    guess: Float,
+    rho: Float,
+    iterations: int,
+    tolerance: float,
+) -> Generator[Progress, None, tuple[HierarchicalTransport, Solution]]:
+    """Let light bounce, with the energy in balance; the first sweep, of what is emitted, is direct light (T6)."""
+    # Where the light is decides how much of it goes amiss: once by the guess, once by the solution.
+    transport = transport.balanced(guess)
+    solution = yield from gathering(
+        transport, source, rho, iterations=iterations, tolerance=tolerance, start=start
+    )
+    if iterations == 1:
+        return transport, solution
+    transport = transport.balanced(solution.radiosity)
+    again = yield from gathering(
+        transport, source, rho, iterations=iterations, tolerance=_CLOSER * tolerance, start=solution.radiosity
+    )
+    converged = solution.converged and again.residual <= tolerance
+    return transport, replace(again, iterations=solution.iterations + again.iterations, converged=converged)
 
 
 def typical_irradiance(elements: Elements, irradiance: Float) -> float:
@@ -167,32 +224,64 @@ def patch_solution(lit: Lit, patches: Patches) -> Solution:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """Links of all elements to the lamps alone."""
+
+    elements: Elements
+    shining: Int
+    emission: Float
+    scenery: Scenery | None
+    receivers: Receivers | None
+    rows: list[Rows]
+    typical: float
+
+    @property
+    def rays(self) -> int:
+        """How many rays were cast."""
+        return sum(rows.rays for rows in self.rows)
+
+    def irradiance(self, sums: Float | None = None) -> Float:
+        """Return the light straight from the lamps, shape (n, 3) [W/m^2].
+
+        Parameters
+        ----------
+        sums : ndarray of shape (n,), optional
+            Share of each element's light that meets another: what does not arrive in sum is put right.
+        """
+        E, A = self.elements.emission[self.shining], self.elements.area
+        H = np.zeros((len(A), 3))
+        if self.scenery is None or self.receivers is None:
+            return H
+        sources, order = self.scenery.sources, self.receivers.index
+        if sums is not None and len(self.shining) <= MOST_LAMPS:
+            received_by = [received(part, self.receivers, A[order], len(sources.area)) for part in self.rows]
+            arrives = of_leaves(sources, np.sum(received_by, axis=0))
+            share = sums[self.shining] / np.where(arrives > 0, arrives, 1)
+            E = E * np.where(arrives > 0, np.clip(share, 1 / BALANCE, BALANCE), 1)[:, None]
+        means = node_means(sources, A[self.shining], E).astype(np.float32)
+        H[order] = np.concatenate([gather(part, self.receivers, means) for part in self.rows])
+        return H
+
+
 def _first_look(
-    elements: Elements,
-    emission: Float,
-    reflectance: Float,
-    direct: Float,
-    occluders: Occluders,
-    quality: Quality,
-    workers: Executor,
-) -> Generator[Progress, None, tuple[Float, float, int]]:
-    """Estimate who is bright from direct light and an ambient share of the rest, as shooting displays it."""
-    A = elements.area[:, None]
-    grey = min(float((A * reflectance).mean() / A.mean()), _MOST_AMBIENT)
-    everywhere = float((A * (emission + direct)).sum(axis=0).mean() / A.sum() / (1 - grey))
-    H, rays = direct.copy(), 0
-    shining = np.flatnonzero(emission.any(axis=1))
-    if len(shining):
-        emitters = elements.pick(shining)
-        scenery = build_scenery(emitters, emission[shining], everywhere, occluders)
-        single = node_means(scenery.sources, emitters.area, emission[shining]).astype(np.float32)
-        receivers = group_receivers(elements.centre, elements.normal)
-        parts = []
-        for rows in stream_rows(receivers, scenery, quality.pilot, workers):
-            parts.append(gather(rows, receivers, single))
-            rays += rows.rays
-            yield Progress("First look", (int(rows.group[-1]) + 1) / len(receivers))
-        H[receivers.index] += np.concatenate(parts)
-    ambient = (A * reflectance * H).sum(axis=0) / A.sum() / (1 - grey)
-    typical = typical_irradiance(elements, H + ambient)
-    return emission + reflectance * (H + ambient), typical or everywhere or 1.0, rays
+    elements: Elements, direct: Float, occluders: Surroundings, quality: Quality, workers: Executor
+) -> Generator[Progress, None, _Look]:
+    """Link all elements to those that are lamps."""
+    E, A = elements.emission, elements.area[:, None]
+    grey = min(float((A * elements.reflectance).mean() / A.mean()), _MOST_AMBIENT)
+    everywhere = float((A * (E + direct)).sum(axis=0).mean() / A.sum() / (1 - grey)) or 1.0
+    bright = E.mean(axis=1) > _LAMP * everywhere
+    shining, emission = np.flatnonzero(bright), np.where(bright[:, None], E, 0)
+    if not len(shining):
+        return _Look(elements, shining, emission, None, None, [], everywhere)
+    scenery = build_scenery(elements.pick(shining), E[shining], everywhere, occluders)
+    receivers = group_receivers(elements.centre, elements.normal)
+    rows: list[Rows] = []
+    done = 0
+    for part in stream_rows(receivers, scenery, quality.direct, workers):
+        rows.append(part)
+        done += len(part.group)
+        check_memory(rows, done / len(receivers))
+        yield Progress("First look", done / len(receivers))
+    return _Look(elements, shining, emission, scenery, receivers, rows, everywhere)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .tree import Float, Int, Tree, build_tree
+from .tree import Float, Int, Tree, build_tree, least_cosine
 
 # Relative thickness (variance along the normal over variance in the plane) that still counts as planar.
 _FLAT = 1e-6
@@ -107,7 +107,7 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
     vector = tree.sums(area[:, None] * normal)
     length = np.sqrt((vector * vector).sum(axis=1))
     mean = vector / np.maximum(length, 1e-300)[:, None]
-    cosine = _least_cosine(tree, normal, mean)
+    cosine = least_cosine(tree, normal, mean)
     points = _principal_points(node_centre, covariance, mean)
     trace = np.trace(covariance, axis1=1, axis2=2)
     thickness = np.einsum("mi,mij,mj->m", mean, covariance, mean)
@@ -210,15 +210,6 @@ def _moments(tree: Tree, corners: Float, centre: Float, area: Float) -> tuple[Fl
 def _squares(vector: Float) -> Float:
     """Return each vector times itself, shape (n, 3, 3)."""
     return vector[:, :, None] * vector[:, None]
-
-
-def _least_cosine(tree: Tree, normal: Float, mean: Float) -> Float:
-    """Return a lower bound of the cosine between each node's mean normal and those of its patches."""
-    # By bounding boxes of the normals: exact for planes, safe for curved clusters.
-    low, high = tree.extremes(normal, normal)
-    least = np.where(mean > 0, low, high)
-    bound: Float = np.clip((mean * least).sum(axis=1), -1, 1)
-    return bound
 
 
 def _principal_points(centre: Float, covariance: Float, normal: Float) -> Float:

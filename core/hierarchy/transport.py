@@ -24,7 +24,8 @@ from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
 from .receivers import Receivers, group_receivers
-from .rows import BRIGHT, Rows, Scenery, build_rows, gather, received, stream_rows
+from .rows import BRIGHT, TASK, Rows, Scenery, build_rows, gather, received, stream_rows
+from .samples import Samples
 from .sources import Sources, build_sources
 from .tree import Float
 
@@ -37,29 +38,31 @@ _FAINT = 0.05
 _CLOSURE = 0.1
 # What is received from a lamp, and from all others, may be put right by this factor at most: more would let errors of
 # hidden places out, such as the gap between a lamp and its ceiling.
-_BALANCE = 1.15
+BALANCE = 1.15
 _OTHERS = 1.05
 # More lamps than this are not looked at one by one.
-_MOST_LAMPS = 4000
+MOST_LAMPS = 4000
 
 
 @dataclass(frozen=True, eq=False)
 class HierarchicalTransport:
-    """Links from groups of elements to clusters of elements.
+    """Links from groups of samples to clusters of elements.
 
     Attributes
     ----------
     elements : Elements
+    samples : Samples
+        Which of them receive for all.
     sources : Sources
     receivers : Receivers
-        Centres of the elements.
+        Centres of the samples.
     rows : tuple of Rows
     lamp : ndarray of shape (n,)
         Elements much brighter than is typical.
     bright : ndarray of shape (m,)
         Nodes much brighter than is typical; many rays have seen to it that their links are right.
-    closure : ndarray of shape (n,)
-        What each row's other links are multiplied with, so that in a closed room it adds up to one.
+    closure : ndarray of shape (m,)
+        What each sample's other links are multiplied with, so that in a closed room it adds up to one.
     sums : ndarray of shape (n,)
         Share of its surroundings that each element sees shine; by reciprocity, that of its own light that is received.
     arrives : ndarray of shape (n,)
@@ -69,6 +72,7 @@ class HierarchicalTransport:
     """
 
     elements: Elements
+    samples: Samples
     sources: Sources
     receivers: Receivers
     rows: tuple[Rows, ...]
@@ -98,7 +102,8 @@ class HierarchicalTransport:
         """Return the irradiance of the elements, shape (n, k), for radiosities of shape (n, k) [W/m^2]."""
         scale = float(np.abs(radiosity).max(initial=0.0)) or 1.0
         nodes = node_means(self.sources, self.area, self.balance[:, None] * radiosity / scale)
-        return scale * closed_sum(_gathered(self.rows, self.receivers, parted(nodes, self.bright)), self.closure)
+        arriving = closed_sum(_gathered(self.rows, self.receivers, parted(nodes, self.bright)), self.closure)
+        return scale * self.samples.spread(arriving)
 
     def sent(self) -> Float:
         """Return which share of each element's light the solver lets others receive, shape (n,)."""
@@ -121,7 +126,7 @@ class HierarchicalTransport:
         """
         sure = self.lamp & (self.arrives > 0)
         balance = np.ones(len(self.area))
-        balance[sure] = np.clip(self.sums[sure] / self.arrives[sure], 1 / _BALANCE, _BALANCE)
+        balance[sure] = np.clip(self.sums[sure] / self.arrives[sure], 1 / BALANCE, BALANCE)
         power = self.area * radiosity.sum(axis=1)
         missing = float(power @ (self.sums - balance * self.arrives))
         others = float(power[~sure] @ self.arrives[~sure])
@@ -201,7 +206,7 @@ def build_scenery(elements: Elements, radiosity: Float, typical: float, occluder
 
 
 def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Occluders) -> Scenery:
-    targets = SourcePoints(sources, elements.corners, elements.area, bright + _FAINT)
+    targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
     return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
 
@@ -212,13 +217,15 @@ def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float
 
 
 def hierarchical_transport(
-    elements: Elements, scenery: Scenery, detail: Detail, workers: Executor
+    elements: Elements, samples: Samples, scenery: Scenery, detail: Detail, workers: Executor
 ) -> Generator[Progress, None, HierarchicalTransport]:
-    """Link all elements to clusters.
+    """Link all samples to clusters.
 
     Parameters
     ----------
     elements : Elements
+    samples : Samples
+        Who receives for all.
     scenery : Scenery
         From `build_scenery`.
     detail : Detail
@@ -238,7 +245,7 @@ def hierarchical_transport(
     RadiosityError
         When the links would not fit into memory.
     """
-    receivers = group_receivers(elements.centre, elements.normal)
+    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element])
     rows: list[Rows] = []
     done = 0
     for part in stream_rows(receivers, scenery, detail, workers):
@@ -246,20 +253,21 @@ def hierarchical_transport(
         done += len(part.group)
         check_memory(rows, done / len(receivers))
         yield Progress(STAGE, done / len(receivers))
-    return linked(elements, scenery, receivers, rows, detail)
+    return linked(elements, samples, scenery, receivers, rows, detail)
 
 
 def linked(
-    elements: Elements, scenery: Scenery, receivers: Receivers, rows: list[Rows], detail: Detail
+    elements: Elements, samples: Samples, scenery: Scenery, receivers: Receivers, rows: list[Rows], detail: Detail
 ) -> HierarchicalTransport:
     """Put rows together: add them up, close those of closed rooms, and see what arrives.
 
     Parameters
     ----------
     elements : Elements
+    samples : Samples
     scenery : Scenery
     receivers : Receivers
-        Of the elements.
+        Of the samples.
     rows : list of Rows
         For all groups of receivers, in order.
     detail : Detail
@@ -271,45 +279,66 @@ def linked(
         Not yet balanced.
     """
     bright = scenery.brightness > BRIGHT
-    sums = np.zeros((len(elements), 2))
+    sums = np.zeros((len(samples), 2))
     sums[receivers.index] = np.concatenate([part.sums for part in rows])
-    shut = np.zeros(len(elements), bool)
+    shut = np.zeros(len(samples), bool)
     shut[receivers.index] = np.repeat(
         groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
     )
+    closure = closures(sums, shut)
+    total = (sums[:, 0] + closure * sums[:, 1])[samples.cluster]
     tree = scenery.sources.tree
     leaf = np.flatnonzero(tree.child < 0)
     lamp = np.zeros(len(elements), bool)
     lamp[tree.order[tree.start[leaf]]] = bright[leaf]
-    if lamp.sum() <= _MOST_LAMPS:
-        sums[lamp] = _seen(elements.pick(np.flatnonzero(lamp)), scenery, elements, detail)
-    closure, one = closures(sums, shut), np.ones(len(elements))
-    total = sums[:, 0] + closure * sums[:, 1]
+    which = np.flatnonzero(lamp)
+    if len(which) <= MOST_LAMPS:
+        total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
+    one = np.ones(len(elements))
     transport = HierarchicalTransport(
-        elements, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
+        elements, samples, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
     )
     return replace(transport, arrives=_arrives(transport))
 
 
-def _seen(lamps: Elements, scenery: Scenery, elements: Elements, detail: Detail) -> Float:
-    """Return the row sums of a few elements, by rays that go everywhere alike, shape (l, 2).
+def seen(
+    lamps: Elements, shut: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail
+) -> Float:
+    """Return which share of the light of a few elements meets an element, by rays that go everywhere alike.
 
     A lamp sees what it lights, so rays that go where it is bright find that it sees more than it does.
+
+    Parameters
+    ----------
+    lamps : Elements
+    shut : ndarray of shape (l,)
+        Which of them see no way out.
+    scenery : Scenery
+    elements : Elements
+        All of them.
+    detail : Detail
+
+    Returns
+    -------
+    ndarray of shape (l,)
     """
     if not len(lamps):
-        return np.zeros((0, 2))
-    even = np.ones(len(elements))
+        return np.zeros(0)
     plain = replace(
         scenery,
         brightness=np.ones(len(scenery.brightness)),
         uneven=np.zeros(len(scenery.brightness)),
-        targets=SourcePoints(scenery.sources, elements.corners, elements.area, even),
+        targets=SourcePoints(scenery.sources, elements.corners, elements.area),
     )
     receivers = group_receivers(lamps.centre, lamps.normal)
-    rows = build_rows(receivers, np.arange(len(receivers)), plain, detail)
     sums = np.zeros((len(lamps), 2))
-    sums[receivers.index] = rows.sums
-    return sums
+    for first in range(0, len(receivers), TASK):
+        groups = np.arange(first, min(first + TASK, len(receivers)))
+        run = slice(receivers.first[groups[0]], receivers.first[groups[-1] + 1])
+        sums[receivers.index[run]] = build_rows(receivers, groups, plain, detail).sums
+    # Brightness is one everywhere, so all of it is in the second column.
+    share: Float = sums[:, 0] + closures(sums, shut) * sums[:, 1]
+    return share
 
 
 def check_memory(rows: list[Rows], share: float) -> None:
@@ -333,13 +362,25 @@ def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: 
 
 def _arrives(transport: HierarchicalTransport) -> Float:
     """Return which share of each element's light is received, shape (n,)."""
-    sources, receivers, area = transport.sources, transport.receivers, transport.area
+    sources, receivers, area = transport.sources, transport.receivers, transport.samples.area
     plain, closed = area[receivers.index], (area * transport.closure)[receivers.index]
     nodes = np.zeros(len(sources.area))
     for part in transport.rows:
         bright = received(part, receivers, plain, len(nodes))
         nodes += np.where(transport.bright, bright, received(part, receivers, closed, len(nodes)))
-    nodes /= sources.area
+    return of_leaves(sources, nodes)
+
+
+def of_leaves(sources: Sources, received: Float) -> Float:
+    """Return which share of each element's light is received, shape (n,).
+
+    Parameters
+    ----------
+    sources : Sources
+    received : ndarray of shape (m,)
+        What is received from each node of radiosity one, by links to that node itself [m^2].
+    """
+    nodes = received / sources.area
     # What a node sends, its children send as well: add up from the root to the leaves.
     tree = sources.tree
     for first, last in tree.levels:
@@ -347,6 +388,6 @@ def _arrives(transport: HierarchicalTransport) -> Float:
         nodes[tree.child[inner]] += nodes[inner]
         nodes[tree.child[inner] + 1] += nodes[inner]
     leaf = np.flatnonzero(tree.child < 0)
-    arrives = np.zeros(len(area))
+    arrives = np.zeros(len(tree.order))
     arrives[tree.order[tree.start[leaf]]] = nodes[leaf]
     return arrives

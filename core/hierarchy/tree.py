@@ -88,12 +88,44 @@ class Tree:
 
     def cut(self, most: int) -> Int:
         """Give the highest nodes of at most `most` elements; together they cover every element once."""
-        size = self.size
-        parent_size = np.full(len(size), len(self.order) + most + 1)
-        inner = np.flatnonzero(self.child >= 0)
-        parent_size[self.child[inner]] = parent_size[self.child[inner] + 1] = size[inner]
-        nodes = np.flatnonzero((size <= most) & (parent_size > most))
+        return self.cut_where(self.size <= most)
+
+    def cut_where(self, small: NDArray[np.bool_]) -> Int:
+        """Give the highest nodes that are marked, and leaves elsewhere; together they cover every element once."""
+        small = small | (self.child < 0)
+        # Below a node that is taken, none is.
+        taken = small.copy()
+        for first, last in self.levels:
+            inner = first + np.flatnonzero(self.child[first:last] >= 0)
+            child = self.child[inner]
+            taken[child] |= taken[inner]
+            taken[child + 1] |= taken[inner]
+            small[child] &= ~taken[inner]
+            small[child + 1] &= ~taken[inner]
+        nodes = np.flatnonzero(small)
         return nodes[np.argsort(self.start[nodes], kind="stable")]
+
+
+def least_cosine(tree: Tree, normal: Float, mean: Float) -> Float:
+    """Return a lower bound of the cosine between each node's mean normal and those of its elements.
+
+    Parameters
+    ----------
+    tree : Tree
+    normal : ndarray of shape (n, 3)
+        Of the elements, unit length.
+    mean : ndarray of shape (m, 3)
+        Of the nodes, unit length.
+
+    Returns
+    -------
+    ndarray of shape (m,)
+        By bounding boxes of the normals: exact for planes, safe for curved clusters.
+    """
+    low, high = tree.extremes(normal, normal)
+    least = np.where(mean > 0, low, high)
+    bound: Float = np.clip((mean * least).sum(axis=1), -1, 1)
+    return bound
 
 
 def build_tree(position: Float, normal: Float, shade: Float | None = None) -> Tree:
@@ -164,6 +196,10 @@ def _split(order: Int, start: Int, stop: Int, position: Float, normal: Float, sh
         # `here` runs segment by segment, as `ranked` does, so a place in the one is a rank in the other.
         right[ranked] = here - first[segment[here]] >= size[segment[here]] // 2
         count = np.add.reduceat(right.astype(np.int64), first)
-    order[slot] = element[np.argsort(2 * segment + right, kind="stable")]
+    # Each element's place: behind those of its segment that come before it on its side, and behind all on the left.
+    ranks = np.cumsum(right)
+    ahead = ranks - right - (ranks - right)[first][segment]
+    place = np.where(right, (stop - count)[segment] + ahead, slot - ahead)
+    order[place] = element
     middle: Int = stop - count
     return middle

@@ -101,7 +101,7 @@ def test_a_bake_that_is_closed_leaves_nothing_running(scene):
             if progress.stage == "Links" and progress.fraction > 0:
                 break
         steps.close()
-        assert "First look" in stages and "Final gather" not in stages
+        assert "Elements" in stages and "Final gather" not in stages
         # The pool takes new work: what waited before it is gone or done.
         assert pool.submit(int, "7").result(timeout=60) == 7
 

@@ -13,6 +13,7 @@ from core.hierarchy.elements import centres, quarters, split_patches
 from core.hierarchy.quality import QUALITIES
 from core.hierarchy.receivers import group_receivers
 from core.hierarchy.rows import build_rows, gather, received, stream_rows
+from core.hierarchy.samples import each
 from core.hierarchy.transport import build_scenery, closures, hierarchical_transport
 from core.meshing import mesh
 from core.occlusion.surfaces import occluder_polygons
@@ -57,7 +58,7 @@ def prepared(scene, quality="medium", **fields):
 
 def linked(scene, quality="medium"):
     *_, elements, scenery, detail = prepared(scene, quality)
-    return exhaust(hierarchical_transport(elements, scenery, detail, AtOnce()))
+    return exhaust(hierarchical_transport(elements, each(elements), scenery, detail, AtOnce()))
 
 
 @pytest.fixture
@@ -140,7 +141,7 @@ def test_balance_lets_all_that_is_sent_arrive(furnished):
 def test_what_is_gathered_is_what_the_whole_matrix_gathers(furnished, cube, scene):
     scene = furnished(6) if scene == "furnished" else cube(divisions=8)
     patches, occluders, elements, scenery, detail = prepared(scene, "production")
-    transport = exhaust(hierarchical_transport(elements, scenery, detail, AtOnce()))
+    transport = exhaust(hierarchical_transport(elements, each(elements), scenery, detail, AtOnce()))
     dense = exhaust(dense_transport(patches, occluders, surfaces=occluder_polygons(scene, patches)))
     B = 1 + np.sin(4 * patches.centre)
     light = transport.gather(B[elements.patch])
@@ -180,7 +181,8 @@ def same(a, b):
     return all(parts)
 
 
-def test_rows_are_the_same_bits_whoever_computes_them(furnished):
+def test_rows_are_the_same_bits_whoever_computes_them(furnished, monkeypatch):
+    monkeypatch.setattr("core.hierarchy.rows.TASK", 16)
     *_, elements, scenery, detail = prepared(furnished(10))
     receivers = group_receivers(elements.centre, elements.normal)
     alone = list(stream_rows(receivers, scenery, detail, AtOnce()))
@@ -194,7 +196,7 @@ def test_closing_early_cancels_what_has_not_begun(furnished, monkeypatch):
     monkeypatch.setattr("core.hierarchy.rows.TASK", 4)
     *_, elements, scenery, detail = prepared(furnished(8))
     workers = Never()
-    steps = hierarchical_transport(elements, scenery, detail, workers)
+    steps = hierarchical_transport(elements, each(elements), scenery, detail, workers)
     assert 0 < next(steps).fraction < 1
     waiting = workers.futures[1:]
     assert waiting and not any(future.cancelled() for future in waiting)
@@ -207,7 +209,7 @@ def test_links_that_do_not_fit_are_refused(furnished, monkeypatch):
     monkeypatch.setattr("core.hierarchy.rows.TASK", 4)
     *_, elements, scenery, detail = prepared(furnished(8))
     with pytest.raises(RadiosityError, match=r"[\d.]+ GiB of memory, and [\d.]+ GiB are free"):
-        exhaust(hierarchical_transport(elements, scenery, detail, AtOnce()))
+        exhaust(hierarchical_transport(elements, each(elements), scenery, detail, AtOnce()))
 
 
 def test_sent_is_what_arrives_times_the_balance(cube):

@@ -12,7 +12,7 @@ from core.hierarchy.kernels import far_form_factors, near_form_factors
 from core.hierarchy.links import find_links
 from core.hierarchy.rays import SourcePoints, visible_share
 from core.hierarchy.receivers import group_receivers
-from core.hierarchy.sources import build_sources
+from core.hierarchy.sources import build_sources, shown_area
 from core.hierarchy.tree import build_tree
 from core.meshing import mesh
 from core.scene import Scene
@@ -176,9 +176,23 @@ def test_area_vectors_of_a_closed_ball_do_not_vanish():
     sources = sources_of(corners)
     total = sources.area[0]
     assert np.linalg.norm(sources.vector[0].sum(axis=0)) < 1e-9 * total
-    # Quarters of a sphere: each shows between the half of its area and the whole.
-    assert 0.5 * total < sources.facing[0] < total
-    assert not sources.flat[0] and sources.bend[0] > 0.5
+    # A convex body shows a quarter of its area on the mean (Cauchy), a ball from everywhere.
+    ways = np.concatenate((np.eye(3), -np.eye(3)))
+    assert shown_area(sources, np.zeros(6, int), ways) == pytest.approx(np.full(6, 0.25 * total), rel=0.02)
+    assert 0.25 * total < sources.facing[0] < 0.5 * total
+    assert not sources.flat[0] and sources.wide[0]
+
+
+def test_a_far_ball_lights_as_a_point_of_its_size():
+    sources = sources_of(ball())
+    radius = np.sqrt(sources.area[0] / (4 * np.pi))
+    up = np.array([(0.0, 0.0, 1.0)])
+    for way in np.concatenate((np.eye(3), [(0.6, 0.0, 0.8)])):
+        point = sources.centre[:1] - 20 * radius * way
+        # The form factor of a sphere: the share of the hemisphere that it fills, by the cosine (Howell C-11).
+        expected = max(way @ up[0], 0) / 20**2
+        factor = far_form_factors(point, up, sources, np.zeros(1, int))[0]
+        assert factor == pytest.approx(expected, rel=0.03, abs=1e-4)
 
 
 def test_cones_hold_all_normals_below():
