@@ -19,7 +19,7 @@ from ..core.scene import Scene
 from ..core.settings import Settings
 from .attribute_writer import Plan, plan_writing, write_attribute
 from .copies.baked_copy import CopyPlan, plan_copies, write_copies
-from .copies.collection import originals_shown
+from .copies.collection import earlier_copies, originals_shown
 from .destination import COPY, Destination
 from .scene_reader import Reading, read_scene
 
@@ -89,6 +89,7 @@ def bake_scene(
         plan = plan_copies(reading.scene, reading.targets, settings, destination, view_layer)
     else:
         plan = plan_writing(reading.targets, destination)
+        plan = replace(plan, warnings=(*plan.warnings, *earlier_copies(scene)))
     seconds_read = time.perf_counter() - started
     # Undo or loading a file frees Blender's data while a modal bake waits: keep none of it between two steps.
     del scene, view_layer, depsgraph

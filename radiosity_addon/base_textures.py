@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from .materials import read_material
+from .materials.reading import output_node, read_material, uses_nodes
 
 # The input that says which color a surface has.
 _COLOR = {'BSDF_PRINCIPLED': "Base Color", 'BSDF_DIFFUSE': "Color"}
@@ -23,9 +23,9 @@ def base_texture(material: bpy.types.Material | None) -> bpy.types.NodeSocket | 
     bpy.types.NodeSocket or None
         The output of the image's node; None where the color is no image, or the material emits light of its own.
     """
-    if material is None or material.node_tree is None or read_material(material).emission.any():
+    if material is None or not uses_nodes(material) or read_material(material).emission.any():
         return None
-    output = output_node(material)
+    output = output_node(material.node_tree)
     shader = _feeding(output.inputs["Surface"]) if output is not None else None
     if shader is None or shader.node.type not in _COLOR:
         return None
@@ -36,12 +36,6 @@ def base_texture(material: bpy.types.Material | None) -> bpy.types.NodeSocket | 
     # A missing image is pink in Blender and nothing elsewhere; data is no color.
     known = image is not None and image.size[0] > 0 and not image.colorspace_settings.is_data
     return socket if known else None
-
-
-def output_node(material: bpy.types.Material) -> bpy.types.Node | None:
-    """Return the output that renderers take."""
-    outputs = (material.node_tree.get_output_node(target) for target in ('CYCLES', 'ALL', 'EEVEE'))
-    return next((output for output in outputs if output is not None), None)
 
 
 def _feeding(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:

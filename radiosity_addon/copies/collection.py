@@ -28,6 +28,16 @@ def find_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
     return next((child for child in scene.collection.children_recursive if HIDDEN in child), None)
 
 
+def earlier_copies(scene: bpy.types.Scene) -> list[str]:
+    """Tell, for a bake in place, that a scene still has copies of an earlier bake; in one line or none."""
+    collection = find_collection(scene)
+    if collection is None or not any(is_copy(obj) for obj in collection.objects):
+        return []
+    return [
+        f"Collection '{collection.name}' keeps the copies of an earlier bake as they are; delete it or choose Baked Copy"
+    ]
+
+
 @contextmanager
 def originals_shown() -> Iterator[None]:
     """Let what is disabled in renders only because copies show be enabled while the block runs."""

@@ -316,3 +316,24 @@ def test_the_report_tells_what_was_read_and_what_was_chosen(addon, extension, sc
         {"name": "Lamp", "corners": 4, "written": True},
         {"name": "Floor", "corners": 4, "written": True},
     ]
+
+
+@pytest.mark.parametrize("max_edge", [0.0, 0.4])
+def test_faces_that_blender_takes_for_broken_do_no_harm(bake, scene, max_edge):
+    lit_floor(scene)
+    points = [(0, 0, 0.1), (1, 0, 0.1), (1, 1, 0.1), (0, 1, 0.1), (3, 0, 0)]
+    faces = [(0, 1, 1, 2), (0, 2, 0, 3), (1, 1, 1), (0, 1, 2, 3), (0, 1, 2, 3)]
+    mesh = add_mesh(scene, "Broken", points, faces).data
+    mesh.shade_smooth()
+    copy = bake(max_edge=max_edge)[-1]
+    assert np.isfinite(colors(copy.data)).all() and colors(copy.data)[:, 0].max() > 0.0
+    assert len(copy.data.polygons) == 5 if max_edge == 0.0 else len(copy.data.polygons) > 9
+
+
+def test_a_bake_in_place_tells_that_copies_are_older(bake, scene, blender):
+    lit_floor(scene)
+    bake()
+    scene.radiosity.target = 'IN_PLACE'
+    blender.ops.radiosity.bake()
+    (warning,) = blender.context.window_manager.radiosity.warnings.splitlines()
+    assert "copies of an earlier bake" in warning
