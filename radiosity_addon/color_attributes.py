@@ -47,7 +47,8 @@ def store_colors(mesh: bpy.types.Mesh, destination: Destination, colors: FloatAr
         )
     rgba = np.ones((len(colors), 4), dtype=np.float32)
     # Bytes are clamped here and not by Blender, whose versions may differ in what they do with 256.
-    rgba[:, :3] = np.clip(colors, 0.0, 1.0) if destination.data_type == BYTE else colors
+    # Floats end where single precision does: a bake that did not converge must not become infinite.
+    rgba[:, :3] = np.clip(colors, 0.0, 1.0 if destination.data_type == BYTE else np.finfo(np.float32).max)
     layer.data.foreach_set("color", rgba.ravel())
     mesh.attributes.active_color_name = name
     mesh.attributes.default_color_name = name

@@ -34,7 +34,8 @@ def earlier_copies(scene: bpy.types.Scene) -> list[str]:
     if collection is None or not any(is_copy(obj) for obj in collection.objects):
         return []
     return [
-        f"Collection '{collection.name}' keeps the copies of an earlier bake as they are; delete it or choose Baked Copy"
+        f"Collection '{collection.name}' has the copies of an earlier bake, which stay as they are; delete it, or "
+        "choose Baked Copy"
     ]
 
 
