@@ -490,3 +490,26 @@ def test_no_node_of_blender_stops_a_reading(read, blender, scene):
         assert np.isfinite(each.reflectance).all() and np.isfinite(each.emission).all()
         assert (each.reflectance >= 0).all() and (each.emission >= 0).all()
     assert all(note.startswith(("Material '", "Node")) for note in notes)
+
+
+def test_paint_follows_objects_that_are_moved_and_mirrored(extension, blender, scene):
+    module = importlib.import_module(extension.__name__ + ".radiosity_addon.scene_reader")
+    network = Network(blender)
+    obj = grid(scene, network.diffuse(network.paint()), 3)
+    obj.location, obj.scale, obj.rotation_euler = (5.0, 1.0, -2.0), (-2.0, 3.0, 1.0), (0.3, 0.0, 1.0)
+    glow = Network(blender, "Glow")
+    add_mesh(scene, "Lamp", [(0, 0, 9), (1, 0, 9), (0, 1, 9)], [(0, 1, 2)], glow.shown(glow('ShaderNodeEmission')))
+    depsgraph = blender.context.evaluated_depsgraph_get()
+    surfaces = module.read_scene(scene, blender.context.view_layer, depsgraph).scene
+    matrix = np.array(obj.matrix_world)
+    corners = surfaces.face_object[surfaces.corner_face] == list(surfaces.object_names).index("Grid")
+    at = (surfaces.vertices[surfaces.corner_vertex[corners]] - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
+    # Inside the grid the mean around a vertex is what is painted there.
+    inner = ((at[:, :2] > 0.1) & (at[:, :2] < 0.9)).all(axis=1)
+    expected = np.stack([at[:, 0], at[:, 1] ** 2, 0.5 * at[:, 0] * at[:, 1]], axis=1)[inner]
+    np.testing.assert_allclose(surfaces.corner_reflectance[corners][inner], expected, atol=0.03)
+    face = surfaces.face_start[np.flatnonzero(surfaces.face_object == surfaces.face_object[0])]
+    quads = surfaces.vertices[surfaces.corner_vertex[face[:, None] + np.arange(4)]]
+    known, reflected, _ = surfaces.paint.means(quads, surfaces.corner_face[face])
+    assert known.all()
+    np.testing.assert_allclose(reflected, surfaces.reflectance[surfaces.corner_face[face]], atol=0.02)
