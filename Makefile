@@ -18,7 +18,7 @@ PYTHON = $(VENV)/bin/python
 EXTENSION_TOOL = $(PYTHON) -c "import sys, bpy, bl_pkg; sys.exit(bl_pkg.cli_extension(sys.argv[1:]))"
 
 .DEFAULT_GOAL := help
-.PHONY: help venv bake test coverage lint build examples pictures table benchmark clean
+.PHONY: help venv bake test fuzz coverage lint build examples pictures table benchmark clean
 
 help:                ## this list
 	@sed -n 's/^\([a-z]*\):.*## */  make \1 — /p' $(MAKEFILE_LIST)
@@ -34,6 +34,9 @@ bake: venv       ## light BLEND at QUALITY; leaves build/NAME.{blend,glb,png,jso
 
 test: venv       ## the whole test suite
 	$(PYTHON) -m pytest $(ARGS)
+
+fuzz: venv       ## thousands of scenes and texts that nobody would make on purpose
+	FUZZ_SCENES=$(or $(SCENES),2000) FUZZ_TEXTS=$(or $(TEXTS),100000) $(PYTHON) -m pytest tests/unit/test_fuzz.py $(ARGS)
 
 coverage: venv   ## the test suite, and which lines of core it never ran
 	$(PYTHON) -m pytest --cov=core --cov-report=term-missing:skip-covered --cov-fail-under=95 $(ARGS)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import RadiosityError
-from .scene import FARTHEST, FLAT, SMALLEST, FloatArray, Scene
+from .mending import FARTHEST
+from .scene import FLAT, SMALLEST, FloatArray, Scene
 
 SURFACE, EMITTER = "R", "E"
 

@@ -2,7 +2,7 @@
 """The polygons that exchange light: `Scene`, in world space and metres, checked when it is built.
 
 Faces are kept like Blender's: corners in one long list, each with its vertex, and the first corner of every face.
-Everything a user can get wrong raises `RadiosityError` and names the object; what can be put right becomes a warning.
+What can be put right becomes a warning that names the object (`mending`); everything else raises `RadiosityError`.
 """
 
 from collections.abc import Sequence
@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays import BoolArray, FloatArray, IntArray, indices, table
 from .errors import RadiosityError
+from .mending import BRIGHTEST, FARTHEST, faces_with, mended_light, mended_positions
 from .paint.paint import Paint
 
 if TYPE_CHECKING:
     from .lighting.lamps import Lamp
 
-__all__ = ["AUTO", "BACK", "BOTH", "FARTHEST", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray"]
+__all__ = ["AUTO", "BACK", "BOTH", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray"]
 __all__ += ["Scene"]
 
 AUTO, FRONT, BACK, BOTH = 0, 1, 2, 3
@@ -29,8 +30,8 @@ AUTO, FRONT, BACK, BOTH = 0, 1, 2, 3
 REFLECTANCE_LIMIT = 0.99
 # Area over squared extent below which a face is a line: Blender's single precision cannot tell the two apart.
 FLAT = 1e-7
-# Products of lengths must neither overflow nor vanish [m].
-FARTHEST, SMALLEST = 1e12, 1e-30
+# Products of lengths must not vanish [m].
+SMALLEST = 1e-30
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -122,7 +123,7 @@ class Scene:
         Raises
         ------
         RadiosityError
-            When shapes or indices do not fit, a number is not finite, a reflectance or an emission is negative.
+            When shapes or indices do not fit, or a choice is none.
         """
         # Topology first: it says how long everything else has to be, and which object to name.
         self._keep("vertices", table("vertices", vertices, None))
@@ -137,13 +138,15 @@ class Scene:
         if np.any((self.face_object < 0) | (self.face_object >= len(self.object_names))):
             raise RadiosityError(f"face_object must index the {len(self.object_names)} object names")
         self._check_faces()
-        self._check_positions()
+        vertices, corner_vertex, lost = mended_positions(self.vertices, self.corner_vertex, starts)
+        self._keep("vertices", vertices)
+        self._keep("corner_vertex", corner_vertex)
 
         # Surfaces, face by face.
         notes = list(warnings)
-        self._keep("reflectance", self._checked_reflectance(table("reflectance", reflectance, n_faces), notes))
-        self._keep("emission", table("emission", emission, n_faces))
-        self._check_light("emission", self.emission)
+        # A limit that came through single precision is not worth a warning.
+        self._keep("reflectance", self._mended("reflectance", reflectance, REFLECTANCE_LIMIT, 1e-6, notes))
+        self._keep("emission", self._mended("emission", emission, BRIGHTEST, 0.0, notes))
         shown = indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
         self._refuse((shown < AUTO) | (shown > BOTH), "sides must be 0 (auto), 1 (front), 2 (back) or 3 (both)")
         self._keep("sides", shown.astype(np.uint8))
@@ -155,10 +158,16 @@ class Scene:
         self._refuse(~(np.isnan(self.max_edge) | (self.max_edge > 0)), "max_edge must be a length above zero")
         for name, part in {"occludes": occludes, "shades": shades, "reflects": reflects, "emits": emits}.items():
             self._keep(name, _one_each(name, _or(part, np.ones(n_faces)), n_faces).astype(np.bool_))
-        self._keep("corner_normals", self._checked_normals(corner_normals))
-
-        for name, count in self._per_object(~self.live):
-            notes.append(f"Object '{name}': {_faces(count)} without area {'is' if count == 1 else 'are'} skipped")
+        self._keep("corner_normals", self._mended_normals(corner_normals, notes))
+        for what, bad in {
+            f"with a vertex at no finite place within {FARTHEST:g} m": lost,
+            "without area": ~self.live & ~lost,
+        }.items():
+            for name, count in self._per_object(bad):
+                line = f"Object '{name}': {_faces(count)} {what} {'is' if count == 1 else 'are'} skipped"
+                # A changed scene has been told of when it was built: there its lost faces have no area.
+                if not any(_skips(told, name) for told in warnings):
+                    notes.append(line)
         self._keep("warnings", tuple(dict.fromkeys(notes)))
 
     @classmethod
@@ -273,51 +282,48 @@ class Scene:
         """Refuse faces with fewer than three corners or with corners that are not vertices."""
         self._refuse(np.diff(self.face_start) < 3, "a face needs three corners or more")
         outside = (self.corner_vertex < 0) | (self.corner_vertex >= len(self.vertices))
-        self._refuse(self._faces_with(outside), f"a corner lies outside the {len(self.vertices)} vertices")
+        self._refuse(faces_with(outside, self.face_start), f"a corner lies outside the {len(self.vertices)} vertices")
 
-    def _check_positions(self) -> None:
-        """Refuse vertices that are nowhere or too far away."""
-        bad = ~np.all(np.isfinite(self.vertices), axis=1)
-        self._refuse(self._faces_with(bad[self.corner_vertex]), "a vertex position is not a finite number")
-        far = np.any(np.abs(self.vertices) > FARTHEST, axis=1)
-        self._refuse(self._faces_with(far[self.corner_vertex]), f"a vertex is farther away than {FARTHEST:g} m")
-        if np.any(bad | far):
-            raise RadiosityError("A vertex that no face uses is not at a finite place; delete the loose vertices")
+    def _mended(self, what: str, values: ArrayLike, most: float, slack: float, notes: list[str]) -> FloatArray:
+        """Return reflectance or emission as it can be computed with, and note what was not."""
+        given = table(what, values, len(self.face_object))
+        mended, none, _ = mended_light(given, most)
+        _, _, above = mended_light(given, most + slack)
+        for bad, how in (
+            (none, "that is negative or not a finite number is taken as 0"),
+            (above, f"above {most:g} is taken as {most:g}"),
+        ):
+            for name, count in self._per_object(bad):
+                notes.append(f"Object '{name}': {what} {how} ({_faces(count)})")
+        return mended
 
-    def _checked_reflectance(self, reflectance: FloatArray, notes: list[str]) -> FloatArray:
-        """Return the reflectance capped, and note what was capped."""
-        self._check_light("reflectance", reflectance)
-        # A limit that came through single precision is not worth a warning.
-        for name, count in self._per_object(np.any(reflectance > REFLECTANCE_LIMIT + 1e-6, axis=1)):
-            what = f"reflectance above {REFLECTANCE_LIMIT} is taken as {REFLECTANCE_LIMIT}"
-            notes.append(f"Object '{name}': {what} ({_faces(count)})")
-        return np.minimum(reflectance, REFLECTANCE_LIMIT)
-
-    def _check_light(self, what: str, values: FloatArray) -> None:
-        """Refuse a reflectance or emission that is negative or not finite."""
-        self._refuse(~np.all(np.isfinite(values), axis=1), f"{what} is not a finite number")
-        self._refuse(np.any(values < 0, axis=1), f"{what} is negative")
-
-    def _checked_normals(self, corner_normals: ArrayLike | None) -> FloatArray:
-        """Return unit corner normals; the face's own where none or a zero one is given."""
+    def _mended_normals(self, corner_normals: ArrayLike | None, notes: list[str]) -> FloatArray:
+        """Return unit corner normals; the face's own where none, a zero one or no number is given."""
         flat = self.face_normal[self.corner_face]
         if corner_normals is None:
             return flat
         normals = table("corner_normals", corner_normals, len(flat))
-        self._refuse(self._faces_with(~np.all(np.isfinite(normals), axis=1)), "a corner normal is not a finite number")
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        return np.where(length > 0, normals / np.where(length > 0, length, 1.0), flat)
-
-    def _faces_with(self, corners: BoolArray) -> BoolArray:
-        """Return the faces that have a marked corner."""
-        bad = np.zeros(len(self.face_start) - 1, dtype=bool)
-        bad[self.corner_face[corners]] = True
-        return bad
+        # Neither overflows nor vanishes.
+        with np.errstate(invalid="ignore", over="ignore"):
+            normals = normals / np.maximum(np.abs(normals).max(axis=1, initial=0.0), SMALLEST)[:, None]
+            length = np.linalg.norm(normals, axis=1, keepdims=True)
+        bad = ~np.isfinite(length[:, 0])
+        for name, count in self._per_object(faces_with(bad & self.live[self.corner_face], self.face_start)):
+            notes.append(
+                f"Object '{name}': normals that are not finite numbers are replaced by the face's ({_faces(count)})"
+            )
+        usable = (length > 0) & ~bad[:, None]
+        return np.where(usable, normals / np.where(usable, length, 1.0), flat)
 
 
 def _faces(count: int) -> str:
     """Return a count of faces in words."""
     return f"{count} face" if count == 1 else f"{count} faces"
+
+
+def _skips(line: str, name: str) -> bool:
+    """Return whether a warning tells that faces of an object are skipped."""
+    return line.startswith(f"Object '{name}': ") and line.endswith("skipped")
 
 
 def _one_each(name: str, values: ArrayLike, length: int) -> FloatArray:

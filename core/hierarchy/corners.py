@@ -164,7 +164,8 @@ def _need(receivers: Receivers, corners: Corners, patches: Patches, elements: El
     count = np.bincount(at, minlength=len(corners.point))
     here = np.bincount(at, of_patch[patches.touch_patch], len(count)) / np.maximum(count, 1)
     group = np.add.reduceat(here[receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
-    need: Float = np.clip(typical / np.maximum(group, 1e-300), 1, _MOST_NEED)
+    # Never divided by so little that it overflows.
+    need: Float = np.clip(typical / np.maximum(np.maximum(group, typical / _MOST_NEED), 1e-300), 1, _MOST_NEED)
     return need
 
 

@@ -46,7 +46,7 @@ def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDA
     crowd = np.maximum(degree[one], degree[other])
     for _ in range(_ROUNDS):
         level = values[:, :3].mean(axis=1)
-        apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-300)
+        apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
         weight = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)
         # Each gives and takes the same, so that no light is made; half of the way, so that nothing swings.
         share = weight / crowd

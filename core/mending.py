@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What strangers' scenes bring that no light can be computed with, put right before a scene is built.
+
+Nothing is refused for one bad vertex among a million: its faces are left out, and a number that is none counts as zero.
+Who asks gets told which faces those were.
+"""
+
+import numpy as np
+
+from .arrays import BoolArray, FloatArray, IntArray
+
+# Products of lengths must not overflow [m].
+FARTHEST = 1e12
+# Radiant exitance that sums and products have room above [W/m^2].
+BRIGHTEST = 1e15
+
+
+def faces_with(corners: BoolArray, face_start: IntArray) -> BoolArray:
+    """Return the faces that have a marked corner, shape (f,)."""
+    marked = np.concatenate([[0], np.cumsum(corners)])
+    return np.asarray(marked[face_start[1:]] > marked[face_start[:-1]])
+
+
+def mended_positions(
+    vertices: FloatArray, corner_vertex: IntArray, face_start: IntArray
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Take out the vertices that are nowhere, or too far away.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (v, 3)
+        [m].
+    corner_vertex : ndarray of shape (c,)
+    face_start : ndarray of shape (f + 1,)
+
+    Returns
+    -------
+    vertices : ndarray of shape (v, 3)
+        All finite: those that were not are where another vertex is.
+    corner_vertex : ndarray of shape (c,)
+        A face with such a vertex has shrunk to one of its others, and so has no area.
+    lost : ndarray of shape (f,)
+        Those faces.
+    """
+    with np.errstate(invalid="ignore"):
+        bad = ~(np.abs(vertices) <= FARTHEST).all(axis=1)
+    if not bad.any():
+        return vertices, corner_vertex, np.zeros(len(face_start) - 1, dtype=np.bool_)
+    used = np.zeros(len(vertices), dtype=np.bool_)
+    used[corner_vertex] = True
+    # Of the faces' vertices if there is one, so that what is loose does not make the scene larger.
+    there = np.flatnonzero(~bad & used)
+    there = there if len(there) else np.flatnonzero(~bad)
+    place = vertices[there[0]] if len(there) else np.zeros(3)
+    lost = faces_with(bad[corner_vertex], face_start)
+    face = np.repeat(np.arange(len(lost)), np.diff(face_start))
+    corner = np.flatnonzero(lost[face])
+    # The last one written stays: the face's first corner that is somewhere.
+    anchor = corner_vertex[face_start[:-1]]
+    somewhere = corner[~bad[corner_vertex[corner]]][::-1]
+    anchor[face[somewhere]] = corner_vertex[somewhere]
+    shrunk = corner_vertex.copy()
+    shrunk[corner] = anchor[face[corner]]
+    return np.where(bad[:, None], place, vertices), shrunk, lost
+
+
+def mended_light(values: FloatArray, most: float) -> tuple[FloatArray, BoolArray, BoolArray]:
+    """Take out what is no light.
+
+    Parameters
+    ----------
+    values : ndarray of shape (f, 3)
+        Reflectance, or exitance [W/m^2].
+    most : float
+        Limit.
+
+    Returns
+    -------
+    values : ndarray of shape (f, 3)
+        From 0 to the limit; 0 for what is negative or no number.
+    none, above : ndarray of shape (f,)
+        Faces that had such values, and faces with values above the limit.
+    """
+    none = ~np.isfinite(values) | (values < 0)
+    above = np.where(none, 0.0, values) > most
+    return np.minimum(np.where(none, 0.0, values), most), none.any(axis=1), above.any(axis=1)
