@@ -20,6 +20,8 @@ from .tree import Float, Int
 
 # Groups that one task computes: enough for NumPy to be busy, few enough to show progress and to be cancelled.
 TASK = 64
+# Rows that add up to more than this are no error of a few rays.
+_FULL = 1.2
 # Tasks computed ahead of the one that is waited for.
 _AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
@@ -133,6 +135,12 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
     )
     weight[shining] *= share
+    # Nobody sees more than all that is around; what is there twice, such as doubled faces, counts half.
+    if len(receiver):
+        at = receiver - receiver.min()
+        seen = np.bincount(at, weight)
+        if seen.max() > _FULL:
+            weight *= np.where(seen > _FULL, 1 / np.maximum(seen, 1), 1)[at]
     sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
     first = np.searchsorted(links.group, np.append(groups, np.iinfo(np.int64).max))
     begin = np.concatenate(([0], np.cumsum(count)))[first]

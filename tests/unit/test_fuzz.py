@@ -15,8 +15,8 @@ from core.scene import AUTO, BACK, BOTH, FRONT, Scene
 from core.scene_text import parse_scene_text, write_scene_text
 
 # How many scenes, how many texts, and the first seed.
-SCENES = int(os.environ.get("FUZZ_SCENES", "24"))
-TEXTS = int(os.environ.get("FUZZ_TEXTS", "300"))
+SCENES = int(os.environ.get("FUZZ_SCENES", "10"))
+TEXTS = int(os.environ.get("FUZZ_TEXTS", "200"))
 FIRST = int(os.environ.get("FUZZ_SEED", "0"))
 
 
@@ -131,7 +131,8 @@ def ugly_scene(rng):
     )
 
 
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + SCENES))
+# The last ones have faces at the same place that once lit each other without end.
+@pytest.mark.parametrize("seed", [*range(FIRST, FIRST + SCENES), 31, 52])
 def test_any_scene_is_lit_or_refused_in_words(seed, light):
     rng = np.random.default_rng(seed)
     scene = ugly_scene(rng)
