@@ -137,9 +137,9 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     weight[shining] *= share
     # Nobody sees more than all that is around; what is there twice, such as doubled faces, counts half.
     if len(receiver):
-        at = receiver - receiver.min()
+        at = receiver - np.min(receiver)
         seen = np.bincount(at, weight)
-        if seen.max() > _FULL:
+        if np.max(seen) > _FULL:
             weight *= np.where(seen > _FULL, 1 / np.maximum(seen, 1), 1)[at]
     sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
     first = np.searchsorted(links.group, np.append(groups, np.iinfo(np.int64).max))
