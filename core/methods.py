@@ -133,14 +133,13 @@ def _hierarchical(
             final_gather(
                 scene,
                 corners,
-                elements,
+                lit,
                 B,
                 H,
                 first,
                 exposed,
-                lit.scenery,
                 patches,
-                quality.gather,
+                quality,
                 workers,
                 direct=direct,
             )

@@ -3,7 +3,6 @@
 
 from collections.abc import Generator
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,39 +12,22 @@ from ..progress import Progress
 from ..scene import BACK, Scene
 from ..shading import smooth_groups
 from .elements import Elements
-from .filter import smoothed
-from .probes import groups_shut_in, points_shut_in
-from .quality import Detail
-from .receivers import DirectLight, Receivers, group_receivers
-from .rows import BRIGHT, Scenery, gather, stream_rows
-from .transport import closures, node_means, parted
-from .tree import Float, Int
+from .filter import ROUNDS, smoothed
+from .glances import COVERED, Corners, glances, sparse_glances
+from .quality import Quality
+from .receivers import DirectLight
+from .solve import Lit
+from .tree import Float
 
-STAGE = "Final gather"
+__all__ = ["COVERED", "Corners", "corner_receivers", "final_gather"]
+
 # How far a corner's receiver moves into its faces, as a share of the way to their middle: off the edge, where the faces
 # next door would be seen edge on.
 _INSET = 0.02
-# Rows that add up to less see nothing but what is around them: covered, unless they look out.
-COVERED = 0.02
 # Where it is dark, errors count as many times more, at most.
 _MOST_NEED = 6.0
-
-
-@dataclass(frozen=True, eq=False)
-class Corners:
-    """Receivers that stand for the corners of a mesh.
-
-    Attributes
-    ----------
-    point, normal : ndarray of shape (q, 3)
-        [m]; unit length, on the side that shows.
-    group : ndarray of shape (c,)
-        Receiver of each of the scene's corners: one for each vertex and smooth group.
-    """
-
-    point: Float
-    normal: Float
-    group: Int
+# Rounds of the filter where most corners only learn what arrives at others.
+_SPARSE_ROUNDS = 10
 
 
 def corner_receivers(scene: Scene) -> Corners:
@@ -81,14 +63,13 @@ def corner_receivers(scene: Scene) -> Corners:
 def final_gather(
     scene: Scene,
     corners: Corners,
-    elements: Elements,
+    lit: Lit,
     radiosity: Float,
     irradiance: Float,
     first: Float,
     exposed: NDArray[np.bool_],
-    scenery: Scenery,
     patches: Patches,
-    detail: Detail,
+    quality: Quality,
     workers: Executor,
     *,
     direct: DirectLight | None = None,
@@ -100,17 +81,16 @@ def final_gather(
     scene : Scene
     corners : Corners
         Its corners.
-    elements : Elements
+    lit : Lit
+        What was solved.
     radiosity, irradiance : ndarray of shape (n, 3)
-        Of the elements [W/m^2].
+        That the elements show [W/m^2].
     first : ndarray of shape (n, 3)
         The part of the irradiance that comes straight from what emits, and from lamps [W/m^2].
     exposed : ndarray of shape (n,)
         Elements that nothing stands on.
-    scenery : Scenery
-        Lit by that radiosity.
     patches : Patches
-    detail : Detail
+    quality : Quality
     workers : concurrent.futures.Executor
     direct : callable, optional
         Light of lamps that are no elements.
@@ -125,47 +105,37 @@ def final_gather(
         At the receivers of `corners`: all of it, and that part [W/m^2].
     links, rays : int
     """
-    receivers = group_receivers(corners.point, corners.normal)
-    scale = float(np.max(radiosity, initial=0.0)) or 1.0
+    elements = lit.elements
     # Beside the radiosity what is emitted.
-    shown = np.column_stack((radiosity, elements.emission)) / scale
-    nodes = parted(node_means(scenery.sources, elements.area, shown), scenery.brightness > BRIGHT)
-    single = nodes.astype(np.float32)
-    parts, row_sums, links, rays = [], [], 0, 0
-    need = _need(receivers, corners, patches, elements, irradiance)
-    for rows in stream_rows(receivers, scenery, detail, workers, need):
-        parts.append(gather(rows, receivers, single))
-        row_sums.append(rows.sums)
-        links += len(rows.weight)
-        rays += rows.rays
-        yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
-    gathered, sums = np.concatenate(parts), np.concatenate(row_sums)
-    shut = np.repeat(groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first))
-    closure = closures(sums, shut)
-    lamps, others = (np.zeros((len(corners.point), 6)) for _ in range(2))
-    covered = np.zeros(len(corners.point), bool)
-    lamps[receivers.index] = scale * gathered[:, :6]
-    others[receivers.index] = scale * closure[:, None] * gathered[:, 6:]
-    dark = receivers.index[sums[:, 0] + closure * sums[:, 1] < COVERED]
-    covered[dark] = points_shut_in(corners.point[dark], corners.normal[dark], elements.corners, scenery.occluders)
+    shown = np.column_stack((radiosity, elements.emission))
+    need = _need(corners, patches, elements, irradiance)
+    few = len(corners.point) <= quality.corners
+    glance = yield from (glances if few else sparse_glances)(corners, lit, shown, need, quality, workers)
+    lamps = glance.bright
     if direct is not None:
-        lamps += np.tile(direct(corners.point, corners.normal), 2)
-    light = lamps + smoothed(others, (lamps + others)[:, :3], scene, corners.group, covered)
-    _uncover(light, covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
-    return light[:, :3], light[:, 3:], links, rays
+        lamps = lamps + np.tile(direct(corners.point, corners.normal), 2)
+    light = lamps + smoothed(
+        glance.others,
+        (lamps + glance.others)[:, :3],
+        scene,
+        corners.group,
+        glance.covered,
+        ROUNDS if few else _SPARSE_ROUNDS,
+    )
+    _uncover(light, glance.covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
+    return light[:, :3], light[:, 3:], glance.links, glance.rays
 
 
-def _need(receivers: Receivers, corners: Corners, patches: Patches, elements: Elements, irradiance: Float) -> Float:
-    """Return how many times as much an error counts at each group as where light is typical: more where it is dark."""
+def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float) -> Float:
+    """Return how many times as much an error counts at each corner as where light is typical: more where it is dark."""
     A, H = elements.area, irradiance.mean(axis=1)
     typical = float(A @ H / A.sum())
     of_patch = np.bincount(elements.patch, A * H, len(patches.area)) / np.bincount(elements.patch, A, len(patches.area))
     at = corners.group[patches.touch_corner]
     count = np.bincount(at, minlength=len(corners.point))
     here = np.bincount(at, of_patch[patches.touch_patch], len(count)) / np.maximum(count, 1)
-    group = np.add.reduceat(here[receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
     # Never divided by so little that it overflows.
-    need: Float = np.clip(typical / np.maximum(np.maximum(group, typical / _MOST_NEED), 1e-300), 1, _MOST_NEED)
+    need: Float = np.clip(typical / np.maximum(np.maximum(here, typical / _MOST_NEED), 1e-300), 1, _MOST_NEED)
     return need
 
 

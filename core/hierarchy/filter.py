@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from ..scene import Scene
 from .tree import Float, Int
 
-_ROUNDS = 3
+ROUNDS = 3
 # Differences of neighbours, relative to all their light, that count half.
 _SAME = 0.06
 
 
-def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDArray[np.bool_]) -> Float:
+def smoothed(
+    values: Float, light: Float, scene: Scene, group: Int, covered: NDArray[np.bool_], rounds: int = ROUNDS
+) -> Float:
     """Blend indirect light with that of neighbours along the edges of the mesh.
 
     Parameters
@@ -32,6 +34,8 @@ def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDA
         Receiver of each corner.
     covered : ndarray of shape (q,)
         Receivers that nobody is to learn from.
+    rounds : int
+        How often neighbours are asked.
 
     Returns
     -------
@@ -44,7 +48,7 @@ def smoothed(values: Float, light: Float, scene: Scene, group: Int, covered: NDA
     grey = light.mean(axis=1)
     degree = np.bincount(one, minlength=count) + np.bincount(other, minlength=count)
     crowd = np.maximum(degree[one], degree[other])
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         level = values[:, :3].mean(axis=1)
         apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
         weight = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)

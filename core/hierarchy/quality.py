@@ -38,6 +38,8 @@ class Quality:
         ... and until none is larger than this share of the scene's diagonal.
     samples : int
         Elements that receive indirect light, at most; where there are more, some receive for others.
+    corners : int
+        The same for the final gather.
     direct : Detail
         For light straight from emitters to the elements.
     solve : Detail
@@ -49,6 +51,7 @@ class Quality:
     split: float
     size: float
     samples: int
+    corners: int
     direct: Detail
     solve: Detail
     gather: Detail
@@ -59,6 +62,7 @@ QUALITIES = {
         split=1e-3,
         size=1 / 16,
         samples=3_000,
+        corners=6_000,
         direct=Detail(0.7, 0.02, 0.05, 4),
         solve=Detail(1.0, 0.02, 0.03, 4),
         gather=Detail(0.8, 0.02, 0.03, 8),
@@ -67,6 +71,7 @@ QUALITIES = {
         split=1e-4,
         size=1 / 32,
         samples=7_000,
+        corners=12_000,
         direct=Detail(0.6, 0.01, 0.02, 8),
         solve=Detail(0.6, 0.004, 0.015, 8),
         gather=Detail(0.5, 0.003, 0.008, 16),
@@ -75,6 +80,7 @@ QUALITIES = {
         split=3e-5,
         size=1 / 48,
         samples=14_000,
+        corners=30_000,
         direct=Detail(0.5, 0.004, 0.01, 16),
         solve=Detail(0.45, 0.0015, 0.006, 16),
         gather=Detail(0.4, 0.0015, 0.005, 32),
@@ -83,6 +89,7 @@ QUALITIES = {
         split=1e-5,
         size=1 / 64,
         samples=28_000,
+        corners=80_000,
         direct=Detail(0.35, 0.001, 0.004, 32),
         solve=Detail(0.25, 0.0002, 0.002, 32),
         gather=Detail(0.3, 0.0005, 0.002, 64),

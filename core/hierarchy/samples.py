@@ -21,6 +21,8 @@ _LIKE = (0.87, 0.5, -1.0)
 _HALVINGS = 16
 # Standard deviation across a cluster over that along it: what a bend of that cone makes of a sheet, and no more.
 _THIN = 0.12
+# Height over the surface at which elements look for their sample, as a share of the way to it: over its bends.
+_LIFT = 0.15
 # Clusters that a trend is told by, at least; and how much it is held back where they hardly tell it.
 _TREND, _HELD_BACK = 6, 0.05
 # Share of its light that a trend may take from any place in a cluster.
@@ -121,19 +123,43 @@ def choose_samples(elements: Elements, occluders: Surroundings, most: int) -> Sa
     nodes, alike = _smallest(tree, elements, most)
     cluster = np.zeros(n, np.int64)
     cluster[tree.order] = np.repeat(np.arange(len(nodes)), tree.size[nodes])
-    area = np.bincount(cluster, elements.area)
-    middle = np.stack(
-        [np.bincount(cluster, elements.area * elements.centre[:, k]) / area for k in range(3)], axis=1
-    )
-    within = elements.centre - middle[cluster]
-    nearest = np.lexsort(((within * within).sum(axis=1), cluster))
-    element = nearest[np.searchsorted(cluster[nearest], np.arange(len(nodes)))]
     region = _regions(tree, nodes, alike)
+    element, _, within = _middles(elements, cluster)
+    # Who does not see the sample, as from the other side of a wall, is a cluster of its own.
+    alone = np.flatnonzero(_hidden(elements, element[cluster], occluders))
+    cluster[alone] = len(nodes) + np.arange(len(alone))
+    region = np.append(region, np.max(region) + 1 + np.arange(len(alone)))
+    # A cluster whose sample alone was left keeps it; the sample sees itself.
+    element, middle, within = _middles(elements, cluster)
     weight = np.bincount(region)
     centre = np.stack([np.bincount(region, middle[:, k]) / weight for k in range(3)], axis=1)
     arm = middle - centre[region]
     slope = _slopes(region, arm, len(weight))
-    return Samples(element, cluster, area, region, arm, slope, within, tree.order, tree.start[nodes])
+    order = np.argsort(cluster, kind="stable")
+    begin = np.searchsorted(cluster[order], np.arange(len(element)))
+    area = np.bincount(cluster, elements.area)
+    return Samples(element, cluster, area, region, arm, slope, within, order, begin)
+
+
+def _middles(elements: Elements, cluster: Int) -> tuple[Int, Float, Float]:
+    """Return the element nearest to the middle of each cluster, that middle, and the way from there to each element."""
+    area = np.bincount(cluster, elements.area)
+    middle = np.stack([np.bincount(cluster, elements.area * elements.centre[:, k]) / area for k in range(3)], axis=1)
+    within = elements.centre - middle[cluster]
+    nearest = np.lexsort(((within * within).sum(axis=1), cluster))
+    return nearest[np.searchsorted(cluster[nearest], np.arange(len(area)))], middle, within
+
+
+def _hidden(elements: Elements, sample: Int, occluders: Surroundings) -> NDArray[np.bool_]:
+    """Return which elements do not see their sample, from a little above the surface, shape (n,)."""
+    others = np.flatnonzero(sample != np.arange(len(sample)))
+    one, other = elements.centre[others], elements.centre[sample[others]]
+    lift = _LIFT * np.sqrt(((one - other) ** 2).sum(axis=1))[:, None]
+    hidden = np.zeros(len(sample), bool)
+    hidden[others] = occluders.blocked(
+        one + lift * elements.normal[others], other + lift * elements.normal[sample[others]]
+    )
+    return hidden
 
 
 def each(elements: Elements) -> Samples:

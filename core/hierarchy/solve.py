@@ -62,6 +62,8 @@ class Lit:
         The irradiance that comes straight from those [W/m^2].
     scenery : Scenery
         Lit by the solution, for a final gather.
+    lamps : Scenery or None
+        The lamps alone.
     rays : int
         Cast up to here.
     """
@@ -73,6 +75,7 @@ class Lit:
     lamp: Float
     straight: Float
     scenery: Scenery
+    lamps: Scenery | None
     rays: int
 
 
@@ -139,7 +142,8 @@ def solve(
     )
     typical = typical_irradiance(elements, solution.irradiance) or typical
     scenery = relit(scenery, elements, solution.radiosity, typical)
-    return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.rays + transport.rays)
+    rays = look.rays + transport.rays
+    return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, rays)
 
 
 def _bounces(

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RadiosityError
+from ..facing.lit_sides import Surroundings
 from ..memory import available_memory
 from ..progress import Progress
-from ..visibility import Occluders
 from .elements import Elements
 from .links import unevenness
 from .probes import groups_shut_in
@@ -183,7 +183,7 @@ def closures(sums: Float, shut: NDArray[np.bool_]) -> Float:
     return 1 + np.where(closed, missing / np.where(closed, sums[:, 1], 1), 0)
 
 
-def build_scenery(elements: Elements, radiosity: Float, typical: float, occluders: Occluders) -> Scenery:
+def build_scenery(elements: Elements, radiosity: Float, typical: float, occluders: Surroundings) -> Scenery:
     """Cluster elements by where they are and how bright they may be.
 
     Parameters
@@ -193,7 +193,7 @@ def build_scenery(elements: Elements, radiosity: Float, typical: float, occluder
         A guess [W/m^2].
     typical : float
         Irradiance that errors are judged by [W/m^2].
-    occluders : Occluders
+    occluders : Surroundings
 
     Returns
     -------
@@ -205,8 +205,8 @@ def build_scenery(elements: Elements, radiosity: Float, typical: float, occluder
     return _scenery(sources, elements, bright, occluders)
 
 
-def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Occluders) -> Scenery:
-    targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
+def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Surroundings) -> Scenery:
+    targets = SourcePoints(sources, elements.corners, elements.area, bright, _FAINT)
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
     return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
 
@@ -328,7 +328,7 @@ def seen(
         scenery,
         brightness=np.ones(len(scenery.brightness)),
         uneven=np.zeros(len(scenery.brightness)),
-        targets=SourcePoints(scenery.sources, elements.corners, elements.area),
+        targets=SourcePoints(scenery.sources, elements.corners, elements.area, np.ones(len(elements)), 0.0),
     )
     receivers = group_receivers(lamps.centre, lamps.normal)
     sums = np.zeros((len(lamps), 2))
