@@ -17,7 +17,7 @@ from ..progress import Progress
 from .elements import Elements
 from .probes import groups_shut_in, points_shut_in
 from .quality import Detail, Quality
-from .receivers import Receivers, group_receivers
+from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
 from .rows import BRIGHT, Scenery, gather, stream_rows
 from .samples import Samples, choose_samples
 from .solve import Lit
@@ -174,7 +174,8 @@ def _glance(
 ) -> Generator[Progress, None, Glance]:
     """Gather all light at some corners."""
     point, normal, scenery, elements = corners.point[which], corners.normal[which], lit.scenery, lit.elements
-    receivers = group_receivers(point, normal)
+    size = GROUP_SIZE if len(which) == len(corners.point) else SPARSE_SIZE
+    receivers = group_receivers(point, normal, size)
     count, width = len(which), shown.shape[1]
     scale = float(np.max(shown, initial=0.0)) or 1.0
     nodes = parted(node_means(scenery.sources, elements.area, shown / scale), scenery.brightness > BRIGHT)

@@ -20,8 +20,6 @@ _UNEVENLY = 2.0
 # What carries this many times less than would be opened may be as near as its radius over this, whatever the angle.
 _DIM = 4.0
 _WIDEST = 1.0
-# What is near and carries this many times less is not worth a look.
-_IDLE = 16.0
 # Receivers of a group are nearer to a node than its middle is, down to this share of that distance.
 _WITHIN = 0.3
 # The area that a wide cluster shows is known to some per cent.
@@ -96,9 +94,6 @@ def find_links(
         fine &= ~sources.wide[s] | (_WIDE * carried < error)
         if uneven is not None:
             fine &= sources.flat[s] | (_UNEVENLY * uneven[s] * carried < error)
-        # Beside a receiver on a bulge lie many faces that it hardly sees: those are left out.
-        idle = ~fine & (ratio > _WIDEST) & (_IDLE * carried < error)
-        g, s, form_factor, leaf, fine = (part[~idle] for part in (g, s, form_factor, leaf, fine))
         done = leaf | fine
         found.append((g[done], s[done], form_factor[done], ~fine[done]))
         g, s = np.repeat(g[~done], 2), np.column_stack((tree.child[s[~done]], tree.child[s[~done]] + 1)).ravel()

@@ -142,7 +142,7 @@ def _sampled(
     targets: SourcePoints,
     occluders: Occluders,
 ) -> Float:
-    """Return the light that gets through, and what all samples and the clear ones would be worth alike, shape (3, k)."""
+    """Return the light that gets through, and what all samples and the clear ones are worth alike, shape (3, k)."""
     pair = np.repeat(np.arange(len(node)), rays)
     turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
@@ -155,8 +155,8 @@ def _sampled(
     clear = ~occluders.blocked(origin, target)
     # Never nothing, so that a pair whose samples all look past each other still has a share.
     light += 1e-6 * float(np.max(light, initial=1e-290))
-    clear = light * clear
-    return np.stack([np.bincount(pair, part, len(node)) for part in (clear * gain, light, clear)])
+    through = light * clear
+    return np.stack([np.bincount(pair, part, len(node)) for part in (through * gain, light, through)])
 
 
 def _targets(

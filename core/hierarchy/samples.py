@@ -44,7 +44,7 @@ class Samples:
     region : ndarray of shape (m,)
         Where the trend of each cluster comes from: regions of several clusters.
     arm : ndarray of shape (m, 3)
-        From the middle of the region to the middle of the cluster [m].
+        From the middle of the region's samples to the cluster's sample [m].
     slope : ndarray of shape (regions, 3, 3)
         What makes the sum of `arm` times light a gradient [1/m^2].
     within : ndarray of shape (n, 3)
@@ -124,16 +124,15 @@ def choose_samples(elements: Elements, occluders: Surroundings, most: int) -> Sa
     cluster = np.zeros(n, np.int64)
     cluster[tree.order] = np.repeat(np.arange(len(nodes)), tree.size[nodes])
     region = _regions(tree, nodes, alike)
-    element, _, within = _middles(elements, cluster)
+    element, within = _middles(elements, cluster)
     # Who does not see the sample, as from the other side of a wall, is a cluster of its own.
     alone = np.flatnonzero(_hidden(elements, element[cluster], occluders))
     cluster[alone] = len(nodes) + np.arange(len(alone))
     region = np.append(region, np.max(region) + 1 + np.arange(len(alone)))
     # A cluster whose sample alone was left keeps it; the sample sees itself.
-    element, middle, within = _middles(elements, cluster)
-    weight = np.bincount(region)
-    centre = np.stack([np.bincount(region, middle[:, k]) / weight for k in range(3)], axis=1)
-    arm = middle - centre[region]
+    element, within = _middles(elements, cluster)
+    weight, place = np.bincount(region), elements.centre[element]
+    arm = place - np.stack([np.bincount(region, place[:, k]) / weight for k in range(3)], axis=1)[region]
     slope = _slopes(region, arm, len(weight))
     order = np.argsort(cluster, kind="stable")
     begin = np.searchsorted(cluster[order], np.arange(len(element)))
@@ -141,13 +140,13 @@ def choose_samples(elements: Elements, occluders: Surroundings, most: int) -> Sa
     return Samples(element, cluster, area, region, arm, slope, within, order, begin)
 
 
-def _middles(elements: Elements, cluster: Int) -> tuple[Int, Float, Float]:
-    """Return the element nearest to the middle of each cluster, that middle, and the way from there to each element."""
+def _middles(elements: Elements, cluster: Int) -> tuple[Int, Float]:
+    """Return the element nearest to the middle of each cluster, and the way from that middle to each element."""
     area = np.bincount(cluster, elements.area)
     middle = np.stack([np.bincount(cluster, elements.area * elements.centre[:, k]) / area for k in range(3)], axis=1)
     within = elements.centre - middle[cluster]
     nearest = np.lexsort(((within * within).sum(axis=1), cluster))
-    return nearest[np.searchsorted(cluster[nearest], np.arange(len(area)))], middle, within
+    return nearest[np.searchsorted(cluster[nearest], np.arange(len(area)))], within
 
 
 def _hidden(elements: Elements, sample: Int, occluders: Surroundings) -> NDArray[np.bool_]:

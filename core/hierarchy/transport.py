@@ -23,7 +23,7 @@ from .links import unevenness
 from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
-from .receivers import Receivers, group_receivers
+from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
 from .rows import BRIGHT, TASK, Rows, Scenery, build_rows, gather, received, stream_rows
 from .samples import Samples
 from .sources import Sources, build_sources
@@ -245,7 +245,8 @@ def hierarchical_transport(
     RadiosityError
         When the links would not fit into memory.
     """
-    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element])
+    size = GROUP_SIZE if samples.single else SPARSE_SIZE
+    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element], size)
     rows: list[Rows] = []
     done = 0
     for part in stream_rows(receivers, scenery, detail, workers):

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples that receive for many: clusters of elements, and what they are told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.bake import bake
+from core.hierarchy import quality as qualities
+from core.hierarchy.elements import split_patches
+from core.hierarchy.samples import choose_samples, each
+from core.meshing import mesh
+from core.progress import exhaust
+from core.scene import Scene
+from core.settings import Settings
+from core.visibility import scene_occluders
+
+
+@pytest.fixture
+def parted(box):
+    """A box of two rooms with a wall of no thickness between them, as elements and what blocks."""
+    wall = np.array([(0.5, 0, 0), (0.5, 1, 0), (0.5, 1, 1), (0.5, 0, 1)])
+    polygons = [*box(), wall, wall[::-1]]
+    scene = Scene.from_polygons(polygons, 0.5, 1.0, divisions=np.full(len(polygons), 10))
+    patches = mesh(scene)
+    occluders = scene_occluders(scene, patches)
+    return split_patches(patches, occluders, tolerance=1.0, size=1.0), occluders
+
+
+def test_there_are_about_as_many_as_allowed_and_each_speaks_for_what_looks_alike(parted):
+    elements, occluders = parted
+    samples = choose_samples(elements, occluders, 200)
+    assert 50 < len(samples) <= 220
+    assert np.array_equal(samples.cluster[samples.element], np.arange(len(samples)))
+    assert (elements.normal == elements.normal[samples.element[samples.cluster]]).all()
+    assert samples.area.sum() == pytest.approx(elements.area.sum())
+
+
+def test_none_speaks_for_the_other_side_of_a_wall(parted):
+    elements, occluders = parted
+    samples = choose_samples(elements, occluders, 60)
+    beyond = elements.centre[:, 0] + 1e-3 * elements.normal[:, 0] > 0.5
+    assert (beyond == beyond[samples.element[samples.cluster]]).all()
+
+
+def test_what_is_told_keeps_its_sum_and_follows_a_trend(parted):
+    elements, occluders = parted
+    samples = choose_samples(elements, occluders, 120)
+    rising = 1 + elements.centre @ np.array([[0.5, 0.2], [0.3, 0.1], [0.1, 0.4]])
+    told = samples.spread(rising[samples.element])
+    assert elements.area @ told == pytest.approx(samples.area @ rising[samples.element])
+    flat = rising[samples.element][samples.cluster]
+    assert np.abs(told - rising).mean() < 0.7 * np.abs(flat - rising).mean()
+    assert samples.spread(np.zeros((len(samples), 1))).max() == 0
+
+
+def test_few_elements_stand_for_themselves(parted):
+    elements, occluders = parted
+    samples = choose_samples(elements, occluders, len(elements))
+    assert samples.single and each(elements).single
+    values = np.random.default_rng(1).uniform(size=(len(elements), 3))
+    assert np.array_equal(samples.spread(values), values)
+
+
+def test_a_bake_by_samples_is_near_the_one_by_all(box, monkeypatch):
+    block = box((0.3, 0.3, 0.3), (0.35, 0.2, 0.0), inward=False)
+    polygons = [*box(), *block]
+    emission = np.zeros((len(polygons), 3))
+    emission[1] = 1
+    scene = Scene.from_polygons(polygons, 0.5, emission, divisions=np.full(len(polygons), 12))
+    all_of_them = exhaust(bake(scene, Settings()))
+    sparse = replace(qualities.QUALITIES["medium"], samples=600, corners=30)
+    monkeypatch.setitem(qualities.QUALITIES, "medium", sparse)
+    some = exhaust(bake(scene, Settings()))
+    assert some.report.energy.error < 1e-3 and some.report.links < all_of_them.report.links
+    area = some.patches.area[:, None]
+    off = np.sqrt((area * (some.solution.radiosity - all_of_them.solution.radiosity) ** 2).sum() / area.sum() / 3)
+    assert off < 0.02 * (area * all_of_them.solution.radiosity).sum() / area.sum() / 3
+    assert some.corner_radiance.mean() == pytest.approx(all_of_them.corner_radiance.mean(), rel=0.05)
