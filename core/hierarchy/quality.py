@@ -74,7 +74,7 @@ QUALITIES = {
         corners=12_000,
         direct=Detail(0.6, 0.01, 0.02, 8),
         solve=Detail(0.6, 0.004, 0.015, 8),
-        gather=Detail(0.5, 0.003, 0.008, 16),
+        gather=Detail(0.5, 0.003, 0.006, 32),
     ),
     "high": Quality(
         split=3e-5,

@@ -14,8 +14,6 @@ _HASH = 0.6180339887498949
 _TRIED = 4
 # Times that a point on a wide node is drawn anew because it faces away.
 _REDRAWN = 3
-# Share of the points that are drawn for light below which all of a node is as good as dark.
-_DARK = 1e-6
 # Rays that are prepared at a time: their temporaries stay in a core's second-level cache.
 _BLOCK = 16384
 
@@ -28,23 +26,12 @@ class SourcePoints:
     sources : Sources
     corners : ndarray of shape (n, 4, 3)
         Of the elements [m].
-    area : ndarray of shape (n,)
-        [m^2].
-    brightness : ndarray of shape (n,)
-        Points are drawn in proportion to the light of each element ...
-    faint : float
-        ... and to so much more for its area, so that what is dark is looked at, too.
+    weight : ndarray of shape (n,)
+        Points on each element, in proportion: its area, and more where more light is.
     """
 
-    def __init__(self, sources: Sources, corners: Float, area: Float, brightness: Float, faint: float) -> None:
+    def __init__(self, sources: Sources, corners: Float, weight: Float) -> None:
         order = sources.tree.order
-        weight = area * (brightness + faint)
-        # Which part of the points is drawn for the light alone: of each element, and of each node.
-        gain = brightness / np.maximum(brightness + faint, 1e-300)
-        sums = sources.tree.sums(np.column_stack((area * brightness, weight)))
-        share = sums[:, 0] / np.maximum(sums[:, 1], 1e-300)
-        self.even = share < _DARK
-        self._share = np.where(self.even, 1.0, share)
         self._sources = sources
         self.wide = sources.wide
         self._triangle = (corners[order, 2] == corners[order, 3]).all(axis=1)
@@ -52,10 +39,10 @@ class SourcePoints:
         a, b, c, d = corners[order].transpose(1, 0, 2)
         # Everything about an element side by side, in the order of the leaves: one look at memory for each point.
         bend = np.where(self._triangle[:, None], 0.0, a - b + c - d)
-        self._packed = np.concatenate([a, b - a, d - a, bend, sources.normals[order], gain[order, None]], axis=1)
+        self._packed = np.concatenate([a, b - a, d - a, bend, sources.normals[order]], axis=1)
 
-    def draw(self, node: Int, u: Float, v: Float) -> tuple[Float, Float, Float]:
-        """Return a point of each node, the normal there and how bright it is.
+    def draw(self, node: Int, u: Float, v: Float) -> tuple[Float, Float]:
+        """Return a point of each node and the normal there.
 
         Parameters
         ----------
@@ -66,8 +53,6 @@ class SourcePoints:
         Returns
         -------
         point, normal : ndarray of shape (k, 3)
-        gain : ndarray of shape (k,)
-            What a point stands for of the node's light, one on the mean.
         """
         tree = self._sources.tree
         start, stop = tree.start[node], tree.stop[node]
@@ -86,8 +71,7 @@ class SourcePoints:
         u, v = np.where(fold, 1 - u, u)[:, None], np.where(fold, 1 - v, v)[:, None]
         packed = self._packed[slot]
         point = packed[:, :3] + u * packed[:, 3:6] + v * packed[:, 6:9] + (u * v) * packed[:, 9:12]
-        gain = np.where(self.even[node], 1.0, packed[:, 15] / self._share[node])
-        return point, packed[:, 12:15], gain
+        return point, packed[:, 12:15]
 
 
 def visible_share(
@@ -98,7 +82,7 @@ def visible_share(
     rays: Int,
     targets: SourcePoints,
     occluders: Occluders,
-) -> tuple[Float, Float, int]:
+) -> tuple[Float, int]:
     """Cast rays from receivers to nodes and return which share of the light gets through.
 
     Parameters
@@ -115,21 +99,19 @@ def visible_share(
     Returns
     -------
     share : ndarray of shape (k,)
-        Of the light; samples count by what they would bring.
-    plain : ndarray of shape (k,)
-        Of the view, 0 to 1: the same if all of the node were equally bright.
+        0 to 1; samples count by the light they would bring.
     cast : int
         How many rays there were.
     """
     first = np.minimum(rays, _TRIED)
     sums = _sampled(point, normal, receiver, node, first, np.zeros_like(rays), targets, occluders)
-    mixed = np.flatnonzero((rays > first) & (sums[2] > 0) & (sums[2] < (1 - 1e-9) * sums[1]))
+    mixed = np.flatnonzero((rays > first) & (sums[0] > 0) & (sums[0] < (1 - 1e-9) * sums[1]))
     rest = rays[mixed] - first[mixed]
     if len(mixed):
         sums[:, mixed] += _sampled(
             point, normal, receiver[mixed], node[mixed], rest, first[mixed], targets, occluders
         )
-    return sums[0] / sums[1], sums[2] / sums[1], int(first.sum() + rest.sum())
+    return sums[0] / sums[1], int(first.sum() + rest.sum())
 
 
 def _sampled(
@@ -142,31 +124,30 @@ def _sampled(
     targets: SourcePoints,
     occluders: Occluders,
 ) -> Float:
-    """Return the light that gets through, and what all samples and the clear ones are worth alike, shape (3, k)."""
+    """Return the light of the samples that get through and of all, after `done` samples of each pair; shape (2, k)."""
     pair = np.repeat(np.arange(len(node)), rays)
     turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
-    light, gain = np.zeros(len(pair)), np.zeros(len(pair))
+    light = np.zeros(len(pair))
     for first in range(0, len(pair), _BLOCK):
         part = slice(first, first + _BLOCK)
         r, s = receiver[pair[part]], node[pair[part]]
         origin[part] = point[r]
-        target[part], light[part], gain[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
+        target[part], light[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
     clear = ~occluders.blocked(origin, target)
     # Never nothing, so that a pair whose samples all look past each other still has a share.
     light += 1e-6 * float(np.max(light, initial=1e-290))
-    through = light * clear
-    return np.stack([np.bincount(pair, part, len(node)) for part in (through * gain, light, through)])
+    return np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light)])
 
 
 def _targets(
     origin: Float, normal: Float, receiver: Int, node: Int, turn: Int, targets: SourcePoints
-) -> tuple[Float, Float, Float]:
-    """Return points on nodes, the light that each would bring, and how bright each is."""
+) -> tuple[Float, Float]:
+    """Return points on nodes, and the light that each would bring."""
     # Each receiver begins somewhere else in the sequence, so that the errors of neighbours cancel instead of agreeing.
     index = turn[:, None] * _STEP + receiver[:, None] * _STEP[::-1] + (node * _HASH)[:, None]
     u, v = (index - np.floor(index)).T
-    target, facing, gain = targets.draw(node, u, v)
+    target, facing = targets.draw(node, u, v)
     to = target - origin
     there = -(facing * to).sum(axis=1)
     for again in range(1, _REDRAWN + 1):
@@ -175,9 +156,9 @@ def _targets(
         if not len(away):
             break
         u, v = ((index[away] + again * _HASH) % 1.0).T
-        target[away], facing[away], gain[away] = targets.draw(node[away], u, v)
+        target[away], facing[away] = targets.draw(node[away], u, v)
         to[away] = target[away] - origin[away]
         there[away] = -(facing[away] * to[away]).sum(axis=1)
     squared = (to * to).sum(axis=1)
     cosines = np.maximum((normal * to).sum(axis=1), 0) * np.maximum(there, 0)
-    return target, cosines / np.maximum(squared * squared, 1e-300), gain
+    return target, cosines / np.maximum(squared * squared, 1e-300)

@@ -131,26 +131,23 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     if need is not None:
         carried *= need[links.group[pair[shining]]]
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
-    share, plain, cast = visible_share(
+    share, cast = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
     )
-    seen = weight[shining] * plain
     weight[shining] *= share
-    # Faces that lie on each other are all seen at once: together they are no more than the whole view.
+    # Nobody sees more than all that is around; what is there twice, such as doubled faces, counts half.
     if len(receiver):
         at = receiver - np.min(receiver)
-        view = np.bincount(at[shining], seen, int(np.max(at)) + 1)
-        if np.max(view) > _FULL:
-            fuller = np.where(view > _FULL, 1 / np.maximum(view, 1), 1)[at]
-            weight *= fuller
-            seen *= fuller[shining]
-    sums = _sums(receivers, groups, receiver[shining], seen, scenery.brightness[node] > BRIGHT)
+        seen = np.bincount(at, weight)
+        if np.max(seen) > _FULL:
+            weight *= np.where(seen > _FULL, 1 / np.maximum(seen, 1), 1)[at]
+    sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
     first = np.searchsorted(links.group, np.append(groups, np.iinfo(np.int64).max))
     begin = np.concatenate(([0], np.cumsum(count)))[first]
     return Rows(groups, first, links.node, begin, weight, sums, cast)
 
 
-def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Float, bright: NDArray[np.bool_]) -> Float:
+def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, bright: NDArray[np.bool_]) -> Float:
     """Add up form factors of pairs for each receiver of groups that follow each other, shape (r, 2)."""
     if not len(groups):
         return np.zeros((0, 2))

@@ -33,7 +33,7 @@ STAGE = "Links"
 # Stops of brightness, about a typical one, that clusters are told apart by.
 _DARKEST, _BRIGHTEST = -5.0, 15.0
 # Of a typical irradiance: where nothing shines, rays go anywhere.
-_FAINT = 0.05
+_FAINT = 0.01
 # A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
 _CLOSURE = 0.1
 # What is received from a lamp, and from all others, may be put right by this factor at most: more would let errors of
@@ -206,7 +206,7 @@ def build_scenery(elements: Elements, radiosity: Float, typical: float, occluder
 
 
 def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Surroundings) -> Scenery:
-    targets = SourcePoints(sources, elements.corners, elements.area, bright, _FAINT)
+    targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
     return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
 
@@ -329,7 +329,7 @@ def seen(
         scenery,
         brightness=np.ones(len(scenery.brightness)),
         uneven=np.zeros(len(scenery.brightness)),
-        targets=SourcePoints(scenery.sources, elements.corners, elements.area, np.ones(len(elements)), 0.0),
+        targets=SourcePoints(scenery.sources, elements.corners, elements.area),
     )
     receivers = group_receivers(lamps.centre, lamps.normal)
     sums = np.zeros((len(lamps), 2))
