@@ -12,8 +12,6 @@ _STEP = np.array([0.7548776662466927, 0.5698402909980532])
 _HASH = 0.6180339887498949
 # Rays that a link is tried with before it gets all it deserves.
 _TRIED = 4
-# Times that a point on a wide node is drawn anew because it faces away.
-_REDRAWN = 3
 # Rays that are prepared at a time: their temporaries stay in a core's second-level cache.
 _BLOCK = 16384
 
@@ -33,7 +31,6 @@ class SourcePoints:
     def __init__(self, sources: Sources, corners: Float, weight: Float) -> None:
         order = sources.tree.order
         self._sources = sources
-        self.wide = sources.wide
         self._triangle = (corners[order, 2] == corners[order, 3]).all(axis=1)
         self._below = np.concatenate(([0.0], np.cumsum(weight[order])))
         a, b, c, d = corners[order].transpose(1, 0, 2)
@@ -82,8 +79,8 @@ def visible_share(
     rays: Int,
     targets: SourcePoints,
     occluders: Occluders,
-) -> tuple[Float, int]:
-    """Cast rays from receivers to nodes and return which share of the light gets through.
+) -> tuple[Float, Float, int]:
+    """Cast rays from receivers to nodes and return how much of the light gets through.
 
     Parameters
     ----------
@@ -100,6 +97,9 @@ def visible_share(
     -------
     share : ndarray of shape (k,)
         0 to 1; samples count by the light they would bring.
+    brought : ndarray of shape (k,)
+        What a sample brings on the mean, cosines over squared distance, or nothing where it is hidden or faces away
+        [1/m^2]: the integral itself, for nodes whose parts shine into too many directions for any kernel.
     cast : int
         How many rays there were.
     """
@@ -111,7 +111,9 @@ def visible_share(
         sums[:, mixed] += _sampled(
             point, normal, receiver[mixed], node[mixed], rest, first[mixed], targets, occluders
         )
-    return sums[0] / sums[1], int(first.sum() + rest.sum())
+    cast = first.copy()
+    cast[mixed] += rest
+    return sums[0] / sums[1], sums[2] / cast, int(cast.sum())
 
 
 def _sampled(
@@ -124,7 +126,7 @@ def _sampled(
     targets: SourcePoints,
     occluders: Occluders,
 ) -> Float:
-    """Return the light of the samples that get through and of all, after `done` samples of each pair; shape (2, k)."""
+    """Return the light of the samples that get through and of all, and what the former bring; shape (3, k)."""
     pair = np.repeat(np.arange(len(node)), rays)
     turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
@@ -135,9 +137,10 @@ def _sampled(
         origin[part] = point[r]
         target[part], light[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
     clear = ~occluders.blocked(origin, target)
+    brought = light * clear
     # Never nothing, so that a pair whose samples all look past each other still has a share.
     light += 1e-6 * float(np.max(light, initial=1e-290))
-    return np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light)])
+    return np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light, brought)])
 
 
 def _targets(
@@ -150,15 +153,6 @@ def _targets(
     target, facing = targets.draw(node, u, v)
     to = target - origin
     there = -(facing * to).sum(axis=1)
-    for again in range(1, _REDRAWN + 1):
-        # The far side of a wide node is hidden by its near side, which would count as an obstacle.
-        away = np.flatnonzero((there <= 0) & targets.wide[node])
-        if not len(away):
-            break
-        u, v = ((index[away] + again * _HASH) % 1.0).T
-        target[away], facing[away] = targets.draw(node[away], u, v)
-        to[away] = target[away] - origin[away]
-        there[away] = -(facing[away] * to[away]).sum(axis=1)
     squared = (to * to).sum(axis=1)
     cosines = np.maximum((normal * to).sum(axis=1), 0) * np.maximum(there, 0)
     return target, cosines / np.maximum(squared * squared, 1e-300)

@@ -22,6 +22,8 @@ from .tree import Float, Int
 TASK = 64
 # Rows that add up to more than this are no error of a few rays.
 _FULL = 1.2
+# Least rays to a node that looks in many directions: they are its form factor, too.
+_WIDE_RAYS = 2
 # Tasks computed ahead of the one that is waited for.
 _AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
@@ -131,10 +133,12 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     if need is not None:
         carried *= need[links.group[pair[shining]]]
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
-    share, cast = visible_share(
+    wide = sources.wide[node]
+    rays = np.where(wide, np.maximum(rays, _WIDE_RAYS), rays)
+    share, brought, cast = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
     )
-    weight[shining] *= share
+    weight[shining] = np.where(wide, sources.area[node] * brought / np.pi, weight[shining] * share)
     # Nobody sees more than all that is around; what is there twice, such as doubled faces, counts half.
     if len(receiver):
         at = receiver - np.min(receiver)

@@ -358,9 +358,12 @@ def test_points_lie_on_the_patches_of_their_node_evenly_by_weight():
         assert (hit == 1).all()
 
 
+SQUARE = np.array([[(0, 0, 2), (0, 1, 2), (1, 1, 2), (1, 0, 2)]], float)
+
+
 def shade(blocker, rays):
     """A receiver under a unit square two metres up, with a blocker one metre up."""
-    square = np.array([[(0, 0, 2), (0, 1, 2), (1, 1, 2), (1, 0, 2)]], float)
+    square = SQUARE
     sources = sources_of(square)
     targets = SourcePoints(sources, square, np.ones(1))
     scene = Scene.from_polygons([square[0], np.array(blocker, float)], 0.5, 0.0)
@@ -379,7 +382,10 @@ def shade(blocker, rays):
     ],
 )
 def test_a_blocker_takes_its_share(blocker, expected, within, cast):
-    share, rays = shade(blocker, 256)
+    share, brought, rays = shade(blocker, 256)
     assert share[0] == pytest.approx(expected, abs=within)
+    # The square itself is exactly known: over pi, what is brought is its form factor, of what is seen of it.
+    whole = near_form_factors(np.array([(0.5, 0.5, 0.0)]), np.array([(0.0, 0.0, 1.0)]), SQUARE)[0]
+    assert brought[0] / np.pi == pytest.approx(share[0] * whole, rel=0.15)
     # Where the first rays agree, no more are cast.
     assert rays == cast
