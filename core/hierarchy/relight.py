@@ -45,6 +45,8 @@ class Relighting:
         Of the clusters [m^2].
     matrix : ndarray of shape (k, k)
         Irradiance of cluster i from cluster j of radiosity 1.
+    missed : ndarray of shape (n, 3)
+        What links miss of the light straight from lamps, which were looked at more closely [W/m^2].
     """
 
     lit: Lit
@@ -52,6 +54,7 @@ class Relighting:
     cluster: Int
     area: Float
     matrix: Float
+    missed: Float
 
 
 def prepare_relighting(lit: Lit) -> Relighting:
@@ -69,7 +72,8 @@ def prepare_relighting(lit: Lit) -> Relighting:
     node = tree.cut(max(1, -(-2 * len(area) // _CLUSTERS)))
     cluster = np.zeros(len(area), np.int64)
     cluster[tree.order] = np.repeat(np.arange(len(node)), tree.size[node])
-    bare = Relighting(lit, node, cluster, lit.transport.sources.area[node], np.zeros((0, 0)))
+    missed = lit.straight - lit.transport.gather(lit.lamp)
+    bare = Relighting(lit, node, cluster, lit.transport.sources.area[node], np.zeros((0, 0)), missed)
     columns = []
     for first in range(0, len(node), _COLUMNS):
         alone = cluster[:, None] == np.arange(first, min(first + _COLUMNS, len(node)))
@@ -97,10 +101,10 @@ def relight(relighting: Relighting, patches: Patches, *, sweeps: int = 3) -> Lit
     elements, transport = lit.elements, lit.transport
     rho, emission = patches.surface(elements.corners, elements.patch)
     elements = replace(elements, reflectance=rho, emission=emission)
-    # Lamps were looked at more closely than links tell: what those miss of their light goes with what lamps emit.
+    # What links miss of the lamps' light goes with what lamps emit.
     was, total = lit.lamp.any(axis=1), elements.area[:, None] * np.stack((lit.lamp, emission))
     before, now = total[:, was].sum(axis=1)
-    missed = (lit.straight - transport.gather(lit.lamp)) * (now / np.where(before > 0, before, np.inf))
+    missed = relighting.missed * (now / np.where(before > 0, before, np.inf))
     direct = lit.direct + missed
     E = emission + rho * direct
     dull = _restricted(rho, relighting)

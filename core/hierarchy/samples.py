@@ -96,7 +96,7 @@ class Samples:
         change = np.einsum("ni,nik->nk", self.within, gradient)
         # Nowhere below nothing: a steep trend is flattened for the whole cluster, which keeps its sum.
         lowest = np.minimum.reduceat(change[self.order], self.begin, axis=0)
-        flatter = np.minimum(1, _STEEPEST * values / np.maximum(-lowest, 1e-300))
+        flatter = np.minimum(1, _STEEPEST * np.abs(values) / np.maximum(-lowest, 1e-300))
         spread: Float = values[self.cluster] + flatter[self.cluster] * change
         return spread
 

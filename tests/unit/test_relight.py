@@ -86,3 +86,15 @@ def test_links_are_refined_only_where_new_light_falls(room):
     assert untouched == 0
     assert 0 < count <= len(lit.transport.receivers)
     assert refined.transport.links > lit.transport.links
+
+
+def test_samples_learn_of_new_light_as_well(room):
+    patches, occluders, _ = room
+    sparse = replace(MEDIUM, samples=80)
+    other = changed(patches)
+    with ThreadPoolExecutor(1) as workers:
+        lit = exhaust(solve(patches, occluders, sparse, workers, tolerance=1e-6))
+        anew = exhaust(solve(other, occluders, sparse, workers, tolerance=1e-6))
+    assert not lit.transport.samples.single
+    found = relit_patches(relight(prepare_relighting(lit), other, sweeps=8), other)
+    assert difference(found.radiosity, relit_patches(anew, other).radiosity, patches.area) < 0.02
