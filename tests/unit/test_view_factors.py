@@ -268,9 +268,14 @@ def test_units_and_place_do_not_matter(l_room):
     np.testing.assert_allclose(form_factor_matrix(moved), F, atol=5e-5)
 
 
+def volume(axes):
+    """Return the determinant; LAPACK's goes wrong on numbers too small to be normal."""
+    return np.cross(axes[0], axes[1]) @ axes[2]
+
+
 @settings(max_examples=20, deadline=None)
 @given(
-    arrays(float, (3, 3), elements=st.floats(-1, 1)).filter(lambda m: abs(np.linalg.det(m)) > 0.1),
+    arrays(float, (3, 3), elements=st.floats(-1, 1)).filter(lambda axes: abs(volume(axes)) > 0.1),
     st.floats(0.2, 1.0),
 )
 def test_convex_boxes_close_and_are_reciprocal(axes, taper):
@@ -278,7 +283,7 @@ def test_convex_boxes_close_and_are_reciprocal(axes, taper):
     low = np.array([(x, y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], float) - 0.5
     corners = np.vstack((np.insert(low, 2, 0, axis=1), np.insert(taper * low, 2, 1, axis=1))) @ axes
     faces = [(0, 1, 2, 3), (7, 6, 5, 4), *((k, k + 4, (k + 1) % 4 + 4, (k + 1) % 4) for k in range(4))]
-    order = 1 if np.linalg.det(axes) > 0 else -1
+    order = 1 if volume(axes) > 0 else -1
     polygons = [corners[list(face)][::order] for face in faces]
     F = form_factor_matrix(polygons)
     np.testing.assert_allclose(F.sum(axis=1), 1, atol=1e-6)
