@@ -6,84 +6,20 @@ files in the repository are saved by Blender 4.2, the oldest one supported: a ne
 """
 
 import sys
-from collections.abc import Callable, Sequence
-from math import radians
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 import numpy as np
+from building import add, camera, diffuse, emission
+from daylight import daylight
 from grids import Grid, box, closed_box, even, grid, inside, prism, rectangle, stops, without
 from numpy.typing import NDArray
+from still_life import still_life
+from textured_room import textured_room
 
 FOLDER = Path(__file__).resolve().parent
 
-def diffuse(name: str, color: Sequence[float]) -> bpy.types.Material:
-    """Make a material that reflects this share of the light."""
-    return _material(name, 'ShaderNodeBsdfDiffuse', {"Color": (*color, 1.0)})
-
-
-def emission(name: str, color: Sequence[float], strength: float = 1.0) -> bpy.types.Material:
-    """Make a material that shines with a radiance of color times strength [W/m^2/sr]."""
-    return _material(name, 'ShaderNodeEmission', {"Color": (*color, 1.0), "Strength": strength})
-
-
-def _material(name: str, node: str, values: dict[str, object]) -> bpy.types.Material:
-    material = bpy.data.materials.new(name)
-    if material.node_tree is None:  # always there from Blender 5.0 on
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    shader = tree.nodes.new(node)
-    output = tree.nodes.new('ShaderNodeOutputMaterial')
-    shader.location, output.location = (0, 0), (220, 0)
-    for socket, value in values.items():
-        shader.inputs[socket].default_value = value
-    tree.links.new(shader.outputs[0], output.inputs["Surface"])
-    material.diffuse_color = values["Color"]
-    return material
-
-
-def add(name: str, material: bpy.types.Material, *parts: Grid) -> bpy.types.Object:
-    """Add one object made of grids, welded where their vertices coincide."""
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts, strict=False)])
-    vertices = np.concatenate([vertices for vertices, _ in parts])
-    used, faces = np.unique(faces, return_inverse=True)  # a hole leaves vertices behind
-    _, first, weld = np.unique(vertices[used].round(6), axis=0, return_index=True, return_inverse=True)
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(vertices[used][first].tolist(), [], weld.reshape(-1)[faces.reshape(-1, 4)].tolist())
-    mesh.materials.append(material)
-    obj = bpy.data.objects.new(name, mesh)
-    bpy.context.scene.collection.objects.link(obj)
-    return obj
-
-
-def camera(
-    location: Sequence[float],
-    lens: float,
-    size: tuple[int, int],
-    *,
-    sensor: float = 36.0,
-    clip: float = 0.01,
-    shift: float = 0.0,
-) -> None:
-    """Add a camera that looks along +Y and is level, so that uprights stay upright.
-
-    Parameters
-    ----------
-    clip : float
-        Where its view begins [m]: a camera outside a closed room looks in past the near wall.
-    shift : float
-        How far the picture is shifted up, in widths of the picture.
-    """
-    data = bpy.data.cameras.new("Camera")
-    data.lens, data.sensor_width, data.clip_start, data.shift_y = lens, sensor, clip, shift
-    obj = bpy.data.objects.new("Camera", data)
-    obj.location, obj.rotation_euler = location, (radians(90.0), 0.0, 0.0)
-    scene = bpy.context.scene
-    scene.collection.objects.link(obj)
-    scene.camera = obj
-    scene.render.resolution_x, scene.render.resolution_y = size
 
 
 def cornell_box() -> None:
@@ -240,6 +176,9 @@ EXAMPLES: dict[str, Callable[[], None]] = {
     "thesis_room": thesis_room,
     "furnace": furnace,
     "two_rooms": two_rooms,
+    "daylight": daylight,
+    "textured_room": textured_room,
+    "still_life": still_life,
 }
 
 

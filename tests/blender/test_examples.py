@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "example_blends"
-NAMES = ("cornell_box", "thesis_room", "furnace", "two_rooms")
+NAMES = ("cornell_box", "thesis_room", "furnace", "two_rooms", "daylight", "textured_room", "still_life")
+UNDER_A_SKY = {"daylight", "still_life"}
 MAKE_AND_COMPARE = """
 import sys
 from pathlib import Path
@@ -78,7 +79,7 @@ def test_an_example_is_small_and_has_what_a_picture_takes(extension, blender, na
     blender.ops.wm.open_mainfile(filepath=str(path))
     scene = blender.context.scene
     assert scene.camera is not None
-    assert scene.world is None
+    assert (scene.world is not None) == (name in UNDER_A_SKY)
     assert all(obj.data.materials for obj in scene.objects if obj.type == 'MESH')
 
 
