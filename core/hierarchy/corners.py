@@ -17,13 +17,16 @@ from .glances import COVERED, Corners, glances, sparse_glances
 from .quality import Quality
 from .receivers import DirectLight
 from .solve import Lit
-from .tree import Float
+from .tree import Float, Int
 
 __all__ = ["COVERED", "Corners", "corner_receivers", "final_gather"]
 
 # How far a corner's receiver moves into its faces, as a share of the way to their middle: off the edge, where the faces
 # next door would be seen edge on.
 _INSET = 0.02
+# Receivers are raised above their own faces by so many times what it takes, reckoned with at least this cosine between
+# the normals.
+_CLEAR, _SLANTING = 1.05, 0.2
 # Where it is dark, errors count as many times more, at most.
 _MOST_NEED = 6.0
 # Rounds of the filter where most corners only learn what arrives at others.
@@ -57,7 +60,23 @@ def corner_receivers(scene: Scene) -> Corners:
     normal[scene.sides[face[leader]] == BACK] *= -1
     # Along the surface, not below it: the middles of the faces round a convex corner lie inside.
     into -= (into * normal).sum(axis=1, keepdims=True) * normal
-    return Corners(position[leader] + _INSET * into, normal, group)
+    point = position[leader] + _INSET * into
+    return Corners(point + _lift(scene, point, normal, group)[:, None] * normal, normal, group)
+
+
+def _lift(scene: Scene, point: Float, normal: Float, group: Int) -> Float:
+    """Return how far to raise receivers along their normals to stand above all of their own faces, shape (q,) [m].
+
+    Where a smooth surface is hollow and its faces differ in size, the plane across the normal runs behind some of them.
+    """
+    face = scene.corner_face
+    own = scene.face_normal[face] * np.where(scene.sides[face] == BACK, -1, 1)[:, None]
+    behind = -((point[group] - scene.vertices[scene.corner_vertex]) * own).sum(axis=1)
+    needed = behind / np.maximum((normal[group] * own).sum(axis=1), _SLANTING)
+    order = np.argsort(group, kind="stable")
+    begin = np.searchsorted(group[order], np.arange(len(point)))
+    lift: Float = _CLEAR * np.maximum(np.maximum.reduceat(needed[order], begin), 0)
+    return lift
 
 
 def final_gather(

@@ -154,3 +154,38 @@ def test_corners_stand_a_little_inside_their_faces(cube):
     assert ((length > 0) & (length < 0.03)).all()
     assert np.abs((apart * scene.corner_normals).sum(axis=1)).max() < 1e-12
     assert corners.normal[corners.group] == pytest.approx(scene.corner_normals)
+
+
+def hollow(steps):
+    """Return a scene with a smooth trough of strips of unequal width under a lamp."""
+    y = np.cumsum([0, *steps])
+    z = 0.1 * (y - y[-1] / 2) ** 2
+    x = np.linspace(0, 1, 5)
+    vertices = np.array([(a, b, c) for b, c in zip(y, z, strict=True) for a in x])
+    rows, across = len(y), len(x)
+    faces = [
+        (across * i + j, across * i + j + 1, across * (i + 1) + j + 1, across * (i + 1) + j)
+        for i in range(rows - 1)
+        for j in range(across - 1)
+    ]
+    slope = 0.2 * (y - y[-1] / 2)
+    normals = np.repeat(np.column_stack((0 * y, -slope, 1 + 0 * y)), across, axis=0)
+    lamp = len(vertices) + np.arange(4)
+    vertices = np.vstack((vertices, [(0, 0, 2), (0, y[-1], 2), (1, y[-1], 2), (1, 0, 2)]))
+    normals = np.vstack((normals, [(0, 0, -1)] * 4))
+    corner_vertex = np.array([*np.ravel(faces), *lamp])
+    emission = np.zeros((len(faces) + 1, 3))
+    emission[-1] = 1
+    start = 4 * np.arange(len(faces) + 2)
+    rho = np.full((len(faces) + 1, 3), 0.5)
+    return Scene(vertices, corner_vertex, start, rho, emission, corner_normals=normals[corner_vertex])
+
+
+def test_corners_of_hollow_surfaces_do_not_lie_behind_them():
+    steps = [0.02, 0.3, 0.02, 0.3, 0.02]
+    scene = hollow(steps)
+    corners = corner_receivers(scene)
+    above = (corners.point[corners.group] - scene.vertices[scene.corner_vertex]) * scene.face_normal[scene.corner_face]
+    assert above.sum(axis=1).min() > -1e-12
+    radiance = lit(scene).corner_radiance[:-4, 0]
+    assert radiance.min() > 0.5 * np.median(radiance)
