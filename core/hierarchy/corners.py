@@ -13,9 +13,11 @@ from ..scene import BACK, Scene
 from ..shading import smooth_groups
 from .elements import Elements
 from .filter import ROUNDS, smoothed
-from .glances import COVERED, Corners, glances, sparse_glances
+from .glances import COVERED, Corners, Glance, glances, sparse_glances
+from .meetings import exchange, find_meetings
 from .quality import Quality
 from .receivers import DirectLight
+from .sights import NOTHING
 from .solve import Lit
 from .tree import Float, Int
 
@@ -130,9 +132,7 @@ def final_gather(
     need = _need(corners, patches, elements, irradiance)
     few = len(corners.point) <= quality.corners
     glance = yield from (glances if few else sparse_glances)(corners, lit, shown, need, quality, workers)
-    lamps = glance.bright
-    if direct is not None:
-        lamps = lamps + np.tile(direct(corners.point, corners.normal), 2)
+    lamps = _straight(glance, corners, direct)
     light = lamps + smoothed(
         glance.others,
         (lamps + glance.others)[:, :3],
@@ -142,7 +142,21 @@ def final_gather(
         ROUNDS if few else _SPARSE_ROUNDS,
     )
     _uncover(light, glance.covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
-    return light[:, :3], light[:, 3:], glance.links, glance.rays
+    meetings = find_meetings(glance.sights, scene, corners, elements, patches)
+    links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
+    if len(meetings.owner):
+        beside = yield from glances(meetings.aside, lit, shown, np.ones(len(meetings.owner)), quality, workers)
+        aside = (_straight(beside, meetings.aside, direct) + beside.others)[:, :3]
+        links, rays, seen = links + beside.links, rays + beside.rays, beside.sights
+    light[:, :3] = exchange(light[:, :3], meetings, aside, seen, elements, radiosity)
+    return light[:, :3], light[:, 3:], links, rays
+
+
+def _straight(glance: Glance, corners: Corners, direct: DirectLight | None) -> Float:
+    """Return the light that comes from bright clusters and from lamps, shape (q, 6) [W/m^2]."""
+    if direct is None:
+        return glance.bright
+    return glance.bright + np.tile(direct(corners.point, corners.normal), 2)
 
 
 def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float) -> Float:

@@ -20,6 +20,7 @@ from .quality import Detail, Quality
 from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
 from .rows import BRIGHT, Scenery, gather, stream_rows
 from .samples import Samples, choose_samples
+from .sights import NOTHING, Sights, joined, large_sights
 from .solve import Lit
 from .transport import closures, node_means, parted
 from .tree import Float, Int
@@ -58,12 +59,15 @@ class Glance:
         Irradiance from bright clusters, and from the others: all of it, and what is emitted [W/m^2].
     covered : ndarray of shape (q,)
         Receivers inside or under other geometry.
+    sights : Sights
+        What fills much of what a receiver sees.
     links, rays : int
     """
 
     bright: Float
     others: Float
     covered: NDArray[np.bool_]
+    sights: Sights
     links: int
     rays: int
 
@@ -115,7 +119,8 @@ def sparse_glances(
         more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
         others[closer], covered[closer] = _without_lamps(more), more.covered
         links, rays = links + more.links, rays + more.rays
-    return Glance(bright, others, covered, links + sampled.links, rays + sampled.rays)
+    # Who meets whom is not told: most corners have not looked, and on a mesh so fine light changes little in a face.
+    return Glance(bright, others, covered, NOTHING, links + sampled.links, rays + sampled.rays)
 
 
 def _without_lamps(glance: Glance) -> Float:
@@ -179,11 +184,12 @@ def _glance(
     count, width = len(which), shown.shape[1]
     scale = float(np.max(shown, initial=0.0)) or 1.0
     nodes = parted(node_means(scenery.sources, elements.area, shown / scale), scenery.brightness > BRIGHT)
-    parts, row_sums, links, rays = [], [], 0, 0
+    parts, row_sums, sights, links, rays = [], [], [], 0, 0
     here = np.add.reduceat(need[which][receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
     for rows in stream_rows(receivers, scenery, detail, workers, here):
         parts.append(gather(rows, receivers, nodes.astype(np.float32)))
         row_sums.append(rows.sums)
+        sights.append(large_sights(rows, receivers, scenery.sources.tree))
         links += len(rows.weight)
         rays += rows.rays
         yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
@@ -195,7 +201,7 @@ def _glance(
     covered = np.zeros(count, bool)
     dark = receivers.index[sums[:, 0] + closure * sums[:, 1] < COVERED]
     covered[dark] = points_shut_in(point[dark], normal[dark], elements.corners, scenery.occluders)
-    return Glance(bright, others, covered, links, rays)
+    return Glance(bright, others, covered, joined(sights), links, rays)
 
 
 def _shut(receivers: Receivers, scenery: Scenery, elements: Elements) -> NDArray[np.bool_]:

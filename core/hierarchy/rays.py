@@ -4,6 +4,7 @@
 import numpy as np
 
 from ..visibility import Occluders
+from .nearness import draw_near
 from .sources import Sources
 from .tree import Float, Int
 
@@ -12,6 +13,8 @@ _STEP = np.array([0.7548776662466927, 0.5698402909980532])
 _HASH = 0.6180339887498949
 # Rays that a link is tried with before it gets all it deserves.
 _TRIED = 4
+# Receivers within so many radii of an element see it unevenly.
+_CLOSE = 1.5
 # Rays that are prepared at a time: their temporaries stay in a core's second-level cache.
 _BLOCK = 16384
 
@@ -31,6 +34,7 @@ class SourcePoints:
     def __init__(self, sources: Sources, corners: Float, weight: Float) -> None:
         order = sources.tree.order
         self._sources = sources
+        self._corners = corners
         self._triangle = (corners[order, 2] == corners[order, 3]).all(axis=1)
         self._below = np.concatenate(([0.0], np.cumsum(weight[order])))
         a, b, c, d = corners[order].transpose(1, 0, 2)
@@ -69,6 +73,34 @@ class SourcePoints:
         packed = self._packed[slot]
         point = packed[:, :3] + u * packed[:, 3:6] + v * packed[:, 6:9] + (u * v) * packed[:, 9:12]
         return point, packed[:, 12:15]
+
+    def draw_near(self, point: Float, node: Int, u: Float, v: Float) -> tuple[Int, Float, Float]:
+        """Draw points on single elements for receivers close to them.
+
+        Parameters
+        ----------
+        point : ndarray of shape (k, 3)
+            Receivers [m].
+        node, u, v
+            See `draw`.
+
+        Returns
+        -------
+        close : ndarray of shape (c,)
+            Which nodes those are.
+        drawn, weight
+            See `nearness.draw_near`, shape (c, 3) and (c,).
+        """
+        sources = self._sources
+        close = np.flatnonzero(sources.tree.child[node] < 0)
+        s = node[close]
+        near = ((point[close] - sources.centre[s]) ** 2).sum(axis=1) < (_CLOSE * sources.radius[s]) ** 2
+        close, s = close[near], s[near]
+        element = sources.tree.order[sources.tree.start[s]]
+        u, v = u[close], v[close]
+        fold = self._triangle[sources.tree.start[s]] & (u + v > 1)
+        u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
+        return close, *draw_near(point[close], u, v, self._corners[element], sources.normals[element])
 
 
 def visible_share(
@@ -151,8 +183,11 @@ def _targets(
     index = turn[:, None] * _STEP + receiver[:, None] * _STEP[::-1] + (node * _HASH)[:, None]
     u, v = (index - np.floor(index)).T
     target, facing = targets.draw(node, u, v)
+    weight = np.ones(len(node))
+    close, target_close, weight_close = targets.draw_near(origin, node, u, v)
+    target[close], weight[close] = target_close, weight_close
     to = target - origin
     there = -(facing * to).sum(axis=1)
     squared = (to * to).sum(axis=1)
     cosines = np.maximum((normal * to).sum(axis=1), 0) * np.maximum(there, 0)
-    return target, cosines / np.maximum(squared * squared, 1e-300)
+    return target, weight * cosines / np.maximum(squared * squared, 1e-300)

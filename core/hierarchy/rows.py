@@ -22,6 +22,8 @@ from .tree import Float, Int
 TASK = 64
 # Rows that add up to more than this are no error of a few rays.
 _FULL = 1.2
+# A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
+_LARGE, _LARGE_RAYS = 0.05, 4
 # Least rays to a node that looks in many directions: they are its form factor, too.
 _WIDE_RAYS = 2
 # Tasks computed ahead of the one that is waited for.
@@ -133,6 +135,7 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     if need is not None:
         carried *= need[links.group[pair[shining]]]
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
+    rays = np.where(weight[shining] > _LARGE, np.maximum(rays, _LARGE_RAYS), rays)
     wide = sources.wide[node]
     rays = np.where(wide, np.maximum(rays, _WIDE_RAYS), rays)
     share, brought, cast = visible_share(

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where surfaces meet: beside a corner another surface shines as it does right there, not as its elements on the mean.
+
+An element has one radiosity, but light changes within the last elements before an edge, and under the foot of a box it
+ends. A corner at an edge sees little of the other surface but that end. So the other surface's irradiance is taken from
+its own corner at that place, or where it has none from a point put beside; all of them light each other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..meshing import Patches
+from ..scene import Scene
+from .elements import Elements
+from .glances import Corners
+from .sights import Sights, beside, joined
+from .tree import Float, Int
+
+# A corner stands a little off the edge: of what it sees, this share is as the element's middle.
+_MIDDLE = 0.18
+# How far from an edge a point is put beside it, as a share of its element's size.
+_ASIDE = 0.1
+# Normals that differ by less are of one plane.
+_SAME_PLANE = 1e-3
+# Exchanges among those who meet, at most, and what is too little to go on for.
+_ROUNDS = 60
+_CONVERGED = 1e-4
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """Which receiver stands for a patch at the place of another receiver.
+
+    Attributes
+    ----------
+    place : ndarray of shape (q,)
+        Number of the place of each receiver: the same for all that stand for corners there.
+    key, receiver : ndarray of shape (t,)
+        Place and patch in one number, ascending, and who stands for that patch there.
+    patches : int
+        How many there are.
+    """
+
+    place: Int
+    key: Int
+    receiver: Int
+    patches: int
+
+    def of(self, receiver: Int, patch: Int) -> Int:
+        """Return who stands for patches at the places of receivers, pair by pair, shape (k,); -1 for nobody."""
+        wanted = self.place[receiver] * self.patches + patch
+        found = np.minimum(np.searchsorted(self.key, wanted), len(self.key) - 1)
+        known: Int = np.where(self.key[found] == wanted, self.receiver[found], -1)
+        return known
+
+
+def neighbours(scene: Scene, corners: Corners, patches: Patches) -> Neighbours:
+    """Find out which corners of a mesh are at the same place; parameters as for `find_meetings`."""
+    _, place = np.unique(scene.vertices, axis=0, return_inverse=True)
+    at = place.ravel()[scene.corner_vertex]
+    of_receiver = np.zeros(len(corners.point), np.int64)
+    of_receiver[corners.group] = at
+    key = at[patches.touch_corner] * len(patches.area) + patches.touch_patch
+    order = np.argsort(key, kind="stable")
+    return Neighbours(of_receiver, key[order], corners.group[patches.touch_corner[order]], len(patches.area))
+
+
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """Who stands beside what.
+
+    Attributes
+    ----------
+    sights : Sights
+        Of elements that a receiver stands beside.
+    other : ndarray of shape (k,)
+        Who stands there for the element: a receiver, or a point aside, counted on from the receivers.
+    aside : Corners
+        Points put beside receivers where the other surface has no corner, and what they look from.
+    owner : ndarray of shape (p,)
+        The receiver that each of those was put beside.
+    neighbours : Neighbours
+    """
+
+    sights: Sights
+    other: Int
+    aside: Corners
+    owner: Int
+    neighbours: Neighbours
+
+
+def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elements, patches: Patches) -> Meetings:
+    """Find out where receivers stand beside another surface.
+
+    Parameters
+    ----------
+    sights : Sights
+        What the receivers see much of.
+    scene : Scene
+    corners : Corners
+        Its receivers.
+    elements : Elements
+    patches : Patches
+
+    Returns
+    -------
+    Meetings
+    """
+    sights = beside(sights, corners.point, elements)
+    known = neighbours(scene, corners, patches)
+    other = known.of(sights.receiver, elements.patch[sights.element])
+    # Nobody meets himself: a face bent a little sees an end of its own.
+    apart = other != sights.receiver
+    sights, other = sights.pick(apart), other[apart]
+    lacking = np.flatnonzero(other < 0)
+    owner, aside, which = _aside(sights.pick(lacking), corners, elements)
+    other[lacking] = len(corners.point) + which
+    return Meetings(sights, other, aside, owner, known)
+
+
+def exchange(
+    light: Float, meetings: Meetings, aside: Float, seen: Sights, elements: Elements, radiosity: Float
+) -> Float:
+    """Let surfaces light each other where they meet.
+
+    Parameters
+    ----------
+    light : ndarray of shape (q, 3)
+        Irradiance of the receivers, from elements of one radiosity each [W/m^2].
+    meetings : Meetings
+    aside : ndarray of shape (p, 3)
+        The same at the points aside.
+    seen : Sights
+        What those see much of.
+    elements : Elements
+    radiosity : ndarray of shape (n, 3)
+        That they show [W/m^2].
+
+    Returns
+    -------
+    ndarray of shape (q, 3)
+    """
+    count, owner = len(light), meetings.owner
+    # Points aside look back at the surface that they were put beside.
+    seen = beside(seen, meetings.aside.point, elements)
+    back = owner[seen.receiver]
+    seen = seen.pick(meetings.neighbours.of(back, elements.patch[seen.element]) == back)
+    sights = joined((meetings.sights, Sights(count + seen.receiver, seen.element, seen.weight)))
+    other = np.concatenate((meetings.other, owner[seen.receiver]))
+    share = (np.where(other < count, 1 - _MIDDLE, 1) * sights.weight)[:, None]
+    E, rho, B = elements.emission[sights.element], elements.reflectance[sights.element], radiosity[sights.element]
+    given = np.concatenate((light, aside))
+    H = given
+    for _ in range(_ROUNDS):
+        # What stands for an element there sends instead of the element.
+        change = share * (E + rho * H[other] - B)
+        sums = [np.bincount(sights.receiver, channel, len(given)) for channel in change.T]
+        before, H = H, np.maximum(given + np.stack(sums, axis=1), 0)
+        if np.abs(H - before).max(initial=0) <= _CONVERGED * H.max(initial=0):
+            break
+    return H[:count]
+
+
+def _aside(sights: Sights, corners: Corners, elements: Elements) -> tuple[Int, Corners, Int]:
+    """Put points on elements in front of receivers at their edge, one for each receiver and plane.
+
+    Returns
+    -------
+    owner : ndarray of shape (p,)
+        The receiver that each is put beside.
+    points : Corners
+    which : ndarray of shape (k,)
+        The point of each pair.
+    """
+    normal = elements.normal[sights.element]
+    plane = np.column_stack((sights.receiver, np.round(normal / _SAME_PLANE)))
+    _, first, which = np.unique(plane, axis=0, return_index=True, return_inverse=True)
+    owner, element, normal = sights.receiver[first], sights.element[first], normal[first]
+    at, forward = corners.point[owner], corners.normal[owner]
+    height = ((at - elements.corners[element, 0]) * normal).sum(axis=1)[:, None]
+    forward = forward - (forward * normal).sum(axis=1, keepdims=True) * normal
+    forward /= np.maximum(np.sqrt((forward * forward).sum(axis=1, keepdims=True)), 1e-300)
+    step = np.maximum(height, _ASIDE * np.sqrt(elements.area[element, None]))
+    points = Corners(at - height * normal + step * forward, normal, np.arange(len(owner)))
+    return owner, points, which.ravel()

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Points on elements as a receiver close by sees them: most of the light comes from the end next to it."""
+
+import numpy as np
+
+from .tree import Float
+
+_TINY = 1e-300
+# Heights over an element below this share of its size make no difference.
+_LEAST = 1e-4
+# Nearest points this near to an edge, as a share of the way across, have nothing beyond them.
+_RIM = 1e-3
+
+
+def nearest_points(point: Float, corners: Float, normal: Float) -> Float:
+    """Return the point of each polygon that is nearest to a point, pair by pair.
+
+    Parameters
+    ----------
+    point : ndarray of shape (k, 3)
+        [m].
+    corners : ndarray of shape (k, 4, 3)
+        Of convex polygons [m]; a triangle repeats its last corner.
+    normal : ndarray of shape (k, 3)
+        Their unit normals.
+
+    Returns
+    -------
+    ndarray of shape (k, 3)
+        [m].
+    """
+    foot = point - ((point - corners[:, 0]) * normal).sum(axis=1)[:, None] * normal
+    inside = np.ones(len(point), bool)
+    nearest, least = foot.copy(), np.full(len(point), np.inf)
+    for a, b in zip(range(4), (1, 2, 3, 0), strict=True):
+        start, along = corners[:, a], corners[:, b] - corners[:, a]
+        share = ((point - start) * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), _TINY)
+        at = start + np.clip(share, 0, 1)[:, None] * along
+        gap = ((point - at) ** 2).sum(axis=1)
+        nearest = np.where((gap < least)[:, None], at, nearest)
+        least = np.minimum(gap, least)
+        inside &= (np.cross(along, foot - start) * normal).sum(axis=1) >= 0
+    return np.where(inside[:, None], foot, nearest)
+
+
+def draw_near(point: Float, u: Float, v: Float, corners: Float, normal: Float) -> tuple[Float, Float]:
+    """Draw points on polygons where a receiver close by sees most of them, pair by pair.
+
+    On every line from the nearest point they have the density of the form factor of a receiver that looks straight at
+    the polygon, ``h^2 / (r^2 + h^2)^2``: even over its solid angle there, and its inverse is closed.
+
+    Parameters
+    ----------
+    point : ndarray of shape (k, 3)
+        Receivers [m].
+    u, v : ndarray of shape (k,)
+        Numbers in [0, 1), for a triangle with a sum of at most one.
+    corners, normal
+        See `nearest_points`.
+
+    Returns
+    -------
+    drawn : ndarray of shape (k, 3)
+        [m].
+    weight : ndarray of shape (k,)
+        Density of points spread evenly, over that of these.
+    """
+    nearest = nearest_points(point, corners, normal)
+    even, weight = _spread(u, v, corners, nearest)
+    to = even - nearest
+    height = ((point - nearest) ** 2).sum(axis=1)
+    height = np.maximum(height, _LEAST**2 * ((corners[:, 2] - corners[:, 0]) ** 2).sum(axis=1))
+    distance = (to * to).sum(axis=1)
+    rim = distance / _towards_rim(to, nearest, corners, normal) ** 2
+    shrunk = np.sqrt(height / (rim - distance + height))
+    moved = distance * shrunk * shrunk
+    weight *= (moved + height) ** 2 / (height * (rim + height))
+    return nearest + shrunk[:, None] * to, weight
+
+
+def _spread(u: Float, v: Float, corners: Float, nearest: Float) -> tuple[Float, Float]:
+    """Return points of the polygons, as many on either side of the nearest one however narrow that is; see above."""
+    a, b, c, d = corners.transpose(1, 0, 2)
+    quad = ~(c == d).all(axis=1)
+    along, across = b - a, d - a
+    aa, ab, bb = ((x * y).sum(axis=1) for x, y in ((along, along), (along, across), (across, across)))
+    offset = nearest - a
+    oa, ob = (offset * along).sum(axis=1), (offset * across).sum(axis=1)
+    determinant = np.maximum(aa * bb - ab * ab, _TINY)
+    beside_u, weight_u = _either_side(u, (oa * bb - ob * ab) / determinant)
+    beside_v, weight_v = _either_side(v, (ob * aa - oa * ab) / determinant)
+    u, v = np.where(quad, beside_u, u)[:, None], np.where(quad, beside_v, v)[:, None]
+    bend = np.where(quad[:, None], a - b + c - d, 0)
+    return a + u * along + v * across + u * v * bend, np.where(quad, weight_u * weight_v, 1)
+
+
+def _either_side(u: Float, at: Float) -> tuple[Float, Float]:
+    """Spread numbers in [0, 1) so that half are below `at`; return with them even density over theirs."""
+    between = (at > _RIM) & (at < 1 - _RIM)
+    low = u < 0.5
+    split = np.where(low, 2 * u * at, at + (2 * u - 1) * (1 - at))
+    return np.where(between, split, u), np.where(between, 2 * np.where(low, at, 1 - at), 1)
+
+
+def _towards_rim(to: Float, nearest: Float, corners: Float, normal: Float) -> Float:
+    """Return which part of the way from the nearest point to the polygon's rim each vector is, shape (k,)."""
+    part = np.full(len(to), 1e-6)
+    for a, b in zip(range(4), (1, 2, 3, 0), strict=True):
+        inward = np.cross(normal, corners[:, b] - corners[:, a])
+        room = ((nearest - corners[:, a]) * inward).sum(axis=1)
+        used = -(to * inward).sum(axis=1)
+        part = np.maximum(part, np.where(used > 0, used / np.maximum(room, _TINY), 0))
+    rim: Float = np.minimum(part, 1)
+    return rim

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sights: single elements that fill much of what a receiver sees."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .elements import Elements
+from .nearness import nearest_points
+from .receivers import Receivers
+from .rows import Rows
+from .tree import Float, Int, Tree
+
+# What a receiver has to see of an element.
+_MUCH = 0.04
+# How near to an element a receiver stands beside it, as a share of the element's size.
+_BESIDE = 0.12
+
+
+@dataclass(frozen=True, eq=False)
+class Sights:
+    """Pairs of receivers and elements.
+
+    Attributes
+    ----------
+    receiver, element : ndarray of shape (k,)
+    weight : ndarray of shape (k,)
+        Form factor times visible share.
+    """
+
+    receiver: Int
+    element: Int
+    weight: Float
+
+    def pick(self, which: Int | NDArray[np.bool_]) -> "Sights":
+        """Return some of the pairs."""
+        return Sights(*(getattr(self, field.name)[which] for field in fields(self)))
+
+
+NOTHING = Sights(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+
+
+def joined(parts: Sequence[Sights]) -> Sights:
+    """Return sights one after the other."""
+    return Sights(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Sights)))
+
+
+def large_sights(rows: Rows, receivers: Receivers, tree: Tree) -> Sights:
+    """Return the links of rows that fill much of what a receiver sees with a single element.
+
+    Parameters
+    ----------
+    rows : Rows
+    receivers : Receivers
+    tree : Tree
+        Of the elements.
+
+    Returns
+    -------
+    Sights
+        Of the receivers in the caller's order.
+    """
+    large = np.flatnonzero(rows.weight > _MUCH)
+    group = np.searchsorted(rows.begin, large, side="right") - 1
+    first, count = receivers.first[rows.group[group]], np.diff(receivers.first)[rows.group[group]]
+    link, member = np.divmod(large - rows.begin[group], count)
+    node = rows.node[rows.first[group] + link]
+    single = np.flatnonzero(tree.child[node] < 0)
+    return Sights(
+        receivers.index[(first + member)[single]],
+        tree.order[tree.start[node[single]]],
+        rows.weight[large[single]].astype(float),
+    )
+
+
+def beside(sights: Sights, point: Float, elements: Elements) -> Sights:
+    """Return the sights of elements that the receiver stands beside: it sees little but their nearest end.
+
+    Parameters
+    ----------
+    sights : Sights
+    point : ndarray of shape (q, 3)
+        Of the receivers [m].
+    elements : Elements
+    """
+    at, element = point[sights.receiver], sights.element
+    apart = at - nearest_points(at, elements.corners[element], elements.normal[element])
+    return sights.pick((apart * apart).sum(axis=1) < _BESIDE**2 * elements.area[element])

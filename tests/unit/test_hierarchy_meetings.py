@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light where surfaces meet: at edges, in corners, and at the foot of what stands on something."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.form_factors import point_to_polygon
+from core.hierarchy.nearness import draw_near, nearest_points
+from core.scene import Scene
+
+SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+TRIANGLE = SQUARE[[0, 1, 2, 2]]
+UP = np.array([0.0, 0.0, 1.0])
+# Evenly spread pairs of numbers (Roberts 2018).
+U, V = (np.arange(40_000)[:, None] * (0.7548776662466927, 0.5698402909980532) % 1).T
+coordinate = st.floats(-1.5, 2.5)
+
+
+def repeated(*arrays):
+    return [np.repeat(np.asarray(array, float)[None], len(U), axis=0) for array in arrays]
+
+
+@pytest.mark.parametrize("polygon", [SQUARE, TRIANGLE], ids=["square", "triangle"])
+@pytest.mark.parametrize("height", [1.0, 0.1, 0.003])
+@pytest.mark.parametrize(
+    ("at", "normal"),
+    [
+        ((0.5, 0.4), (0, 0, -1)),
+        ((0.5, 0.001), (0, 1, 0)),
+        ((1, 0), (-0.6, 0, -0.8)),
+        ((0.6, 0.05), (0, -1, 0)),
+    ],
+    ids=["above", "at an edge", "over a corner", "looking at a narrow end"],
+)
+def test_points_near_a_receiver_integrate_to_its_form_factor(polygon, height, at, normal):
+    point, facing = np.array([*at, height]), np.array(normal, float)
+    fold = U + V > 1 if polygon is TRIANGLE else np.zeros(len(U), bool)
+    u, v = np.where(fold, 1 - U, U), np.where(fold, 1 - V, V)
+    drawn, weight = draw_near(*repeated(point), u, v, *repeated(polygon, UP))
+    assert nearest_points(drawn, *repeated(polygon, UP)) == pytest.approx(drawn, abs=1e-9)
+    to = drawn - point
+    cosines = np.maximum(to @ facing, 0) * np.maximum(-to @ UP, 0)
+    area = 0.5 if polygon is TRIANGLE else 1.0
+    factor = area * (weight * cosines / (to**2).sum(axis=1) ** 2).mean() / np.pi
+    exact = point_to_polygon(point[None], facing[None], polygon[None])[0]
+    # Few points look at the narrow end of a triangle.
+    assert factor == pytest.approx(exact, rel=0.1 if polygon is TRIANGLE else 0.03, abs=2e-4)
+
+
+@given(st.tuples(coordinate, coordinate, coordinate))
+@pytest.mark.parametrize("polygon", [SQUARE, TRIANGLE], ids=["square", "triangle"])
+def test_no_point_of_a_polygon_is_nearer_than_the_nearest(polygon, point):
+    side = np.linspace(0, 1, 41)
+    u, v = (grid.ravel() for grid in np.meshgrid(side, side))
+    if polygon is TRIANGLE:
+        u, v = np.maximum(u, v), np.minimum(u, v)
+    there = np.column_stack((u, v, 0 * u))
+    nearest = nearest_points(np.array([point]), polygon[None], UP[None])[0]
+    least = np.sqrt(((there - point) ** 2).sum(axis=1)).min()
+    distance = np.sqrt(((nearest - point) ** 2).sum())
+    assert distance <= least + 1e-12 and distance >= least - 0.02
+
+
+def room(box, divisions, *, block=None):
+    """Return a bright box with one bright wall, and on request a block on its floor that no vertex of it touches."""
+    polygons = [*box()]
+    if block is not None:
+        at, size = block
+        polygons += box(size, at, inward=False)
+    emission = np.zeros((len(polygons), 3))
+    emission[5] = 1
+    count = np.full(len(polygons), divisions)
+    return Scene.from_polygons(polygons, 0.85, emission, divisions=count)
+
+
+def test_the_corners_of_a_bright_room_do_not_depend_on_the_patches(box, light):
+    coarse, fine = (
+        light(room(box, divisions), "hierarchical", quality="high").corner_radiance[:, 0] for divisions in (3, 12)
+    )
+    assert coarse == pytest.approx(fine, rel=0.015)
+
+
+def test_the_foot_of_a_block_does_not_depend_on_the_patches(box, light):
+    block = ((0.31, 0.29, 0.0), (0.22, 0.26, 0.35))
+    coarse, fine = (
+        light(room(box, divisions, block=block), "hierarchical", quality="high").corner_radiance[28:, 0]
+        for divisions in (4, 14)
+    )
+    assert coarse == pytest.approx(fine, rel=0.07)
