@@ -107,8 +107,7 @@ def _towards_rim(to: Float, nearest: Float, corners: Float, normal: Float) -> Fl
     part = np.full(len(to), 1e-6)
     for a, b in zip(range(4), (1, 2, 3, 0), strict=True):
         inward = np.cross(normal, corners[:, b] - corners[:, a])
-        room = ((nearest - corners[:, a]) * inward).sum(axis=1)
-        used = -(to * inward).sum(axis=1)
-        part = np.maximum(part, np.where(used > 0, used / np.maximum(room, _TINY), 0))
-    rim: Float = np.minimum(part, 1)
-    return rim
+        room = np.maximum(((nearest - corners[:, a]) * inward).sum(axis=1), 0)
+        used = np.clip(-(to * inward).sum(axis=1), 0, room)
+        part = np.maximum(part, np.where(used < room, used / np.maximum(room, _TINY), used > 0))
+    return part
