@@ -22,8 +22,9 @@ _DIM = 4.0
 _WIDEST = 1.0
 # Receivers of a group are nearer to a node than its middle is, down to this share of that distance.
 _WITHIN = 0.3
-# The area that a wide cluster shows is known to some per cent.
-_WIDE = 3.0
+# A wide cluster may be as near as its radius over this, at any quality: its nearest and its farthest parts are seen by
+# one ray. One that carries this many times less may be nearer.
+_WIDE, _FAINT = 0.4, 16.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,15 +84,17 @@ def find_links(
     g, s = groups, np.zeros(len(groups), np.int64)
     found: list[tuple[Int, Int, Float, NDArray[np.bool_]]] = []
     while len(g):
-        seen, form_factor, ratio = _look(receivers, g, sources, s)
-        g, s, form_factor, ratio = g[seen], s[seen], form_factor[seen], ratio[seen]
+        seen, form_factor, radius = _look(receivers, g, sources, s)
+        g, s, form_factor, radius = g[seen], s[seen], form_factor[seen], radius[seen]
         leaf = tree.child[s] < 0
         carried = form_factor * brightness[s] if need is None else form_factor * brightness[s] * need[g]
         # A curved cluster's points are centroids, not Gauss's: as good as those of a flat one twice as large.
-        ratio = np.where(sources.flat[s], ratio, 2 * ratio)
+        ratio = np.where(sources.flat[s], radius, 2 * radius)
         missed = carried * np.minimum(ratio, 1) ** 2
         fine = (missed < error) & ((ratio < angle) | ((ratio < _WIDEST) & (_DIM * missed < error)))
-        fine &= ~sources.wide[s] | (_WIDE * carried < error)
+        # A wide one is told by rays alone, whatever the angle; all that it carries counts as missed.
+        ample = (carried < error) & ((radius < _WIDE) | ((radius < _WIDEST) & (_FAINT * carried < error)))
+        fine = np.where(sources.wide[s], ample, fine)
         if uneven is not None:
             fine &= sources.flat[s] | (_UNEVENLY * uneven[s] * carried < error)
         done = leaf | fine

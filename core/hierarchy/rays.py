@@ -29,11 +29,16 @@ class SourcePoints:
         Of the elements [m].
     weight : ndarray of shape (n,)
         Points on each element, in proportion: its area, and more where more light is.
+
+    Attributes
+    ----------
+    wide : ndarray of shape (m,)
+        Nodes that look in many directions: of these, rays tell all that they bring.
     """
 
     def __init__(self, sources: Sources, corners: Float, weight: Float) -> None:
         order = sources.tree.order
-        self._sources = sources
+        self._sources, self.wide = sources, sources.wide
         self._corners = corners
         self._triangle = (corners[order, 2] == corners[order, 3]).all(axis=1)
         self._below = np.concatenate(([0.0], np.cumsum(weight[order])))
@@ -136,16 +141,16 @@ def visible_share(
         How many rays there were.
     """
     first = np.minimum(rays, _TRIED)
-    sums = _sampled(point, normal, receiver, node, first, np.zeros_like(rays), targets, occluders)
+    sums, cast = _sampled(point, normal, receiver, node, first, np.zeros_like(rays), targets, occluders)
     mixed = np.flatnonzero((rays > first) & (sums[0] > 0) & (sums[0] < (1 - 1e-9) * sums[1]))
     rest = rays[mixed] - first[mixed]
     if len(mixed):
-        sums[:, mixed] += _sampled(
-            point, normal, receiver[mixed], node[mixed], rest, first[mixed], targets, occluders
-        )
-    cast = first.copy()
-    cast[mixed] += rest
-    return sums[0] / sums[1], sums[2] / cast, int(cast.sum())
+        more, further = _sampled(point, normal, receiver[mixed], node[mixed], rest, first[mixed], targets, occluders)
+        sums[:, mixed] += more
+        cast += further
+    tried = first.copy()
+    tried[mixed] += rest
+    return sums[0] / sums[1], sums[2] / tried, cast
 
 
 def _sampled(
@@ -157,8 +162,8 @@ def _sampled(
     done: Int,
     targets: SourcePoints,
     occluders: Occluders,
-) -> Float:
-    """Return the light of the samples that get through and of all, and what the former bring; shape (3, k)."""
+) -> tuple[Float, int]:
+    """Return the light of the samples that get through and of all, and what the former bring, (3, k), and the rays."""
     pair = np.repeat(np.arange(len(node)), rays)
     turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
@@ -168,11 +173,16 @@ def _sampled(
         r, s = receiver[pair[part]], node[pair[part]]
         origin[part] = point[r]
         target[part], light[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
-    clear = ~occluders.blocked(origin, target)
+    # What a sample that brings nothing would see does not matter, unless a share has to be known and no other tells it.
+    untold = ~targets.wide[node] & (np.bincount(pair, light, len(node)) == 0)
+    asked = np.flatnonzero((light > 0) | untold[pair])
+    clear = np.ones(len(pair), bool)
+    clear[asked] = ~occluders.blocked(origin[asked], target[asked])
     brought = light * clear
     # Never nothing, so that a pair whose samples all look past each other still has a share.
     light += 1e-6 * float(np.max(light, initial=1e-290))
-    return np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light, brought)])
+    sums = np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light, brought)])
+    return sums, len(asked)
 
 
 def _targets(

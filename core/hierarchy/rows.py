@@ -24,8 +24,6 @@ TASK = 64
 _FULL = 1.2
 # A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
 _LARGE, _LARGE_RAYS = 0.05, 4
-# Least rays to a node that looks in many directions: they are its form factor, too.
-_WIDE_RAYS = 2
 # Tasks computed ahead of the one that is waited for.
 _AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
@@ -137,7 +135,6 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
     rays = np.where(weight[shining] > _LARGE, np.maximum(rays, _LARGE_RAYS), rays)
     wide = sources.wide[node]
-    rays = np.where(wide, np.maximum(rays, _WIDE_RAYS), rays)
     share, brought, cast = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
     )
