@@ -143,6 +143,6 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
 def _rather(height: Float, reach: Float) -> Float:
     """Return how far above a horizon things are that spread by `reach` about a height, of the higher ones."""
     higher = height + 0.5 * reach
-    above = np.maximum(higher + reach, 0)
+    above = np.clip(higher + reach, 0, 2 * reach)
     rather: Float = np.where(higher > reach, higher, above * above / np.maximum(4 * reach, 1e-300))
     return rather

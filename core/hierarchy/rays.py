@@ -11,6 +11,10 @@ from .tree import Float, Int
 # Additive recurrences of the plastic number: the most even spread of points in the square (Roberts 2018).
 _STEP = np.array([0.7548776662466927, 0.5698402909980532])
 _HASH = 0.6180339887498949
+# Points that face away are drawn again, so often and so far along in both numbers.
+_DRAWN_AGAIN, _ELSEWHERE = 3, 0.3819660112501051
+# Cosine that counts as in the plane.
+_GRAZING = 1e-7
 # Rays that a link is tried with before it gets all it deserves.
 _TRIED = 4
 # Receivers within so many radii of an element see it unevenly.
@@ -150,7 +154,7 @@ def visible_share(
         cast += further
     tried = first.copy()
     tried[mixed] += rest
-    return sums[0] / sums[1], sums[2] / tried, cast
+    return sums[0] / np.where(sums[1] > 0, sums[1], 1), sums[0] / tried, cast
 
 
 def _sampled(
@@ -163,7 +167,7 @@ def _sampled(
     targets: SourcePoints,
     occluders: Occluders,
 ) -> tuple[Float, int]:
-    """Return the light of the samples that get through and of all, and what the former bring, (3, k), and the rays."""
+    """Return the light of the samples that get through, and of all, shape (2, k); and how many rays there were."""
     pair = np.repeat(np.arange(len(node)), rays)
     turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
@@ -173,15 +177,11 @@ def _sampled(
         r, s = receiver[pair[part]], node[pair[part]]
         origin[part] = point[r]
         target[part], light[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
-    # What a sample that brings nothing would see does not matter, unless a share has to be known and no other tells it.
-    untold = ~targets.wide[node] & (np.bincount(pair, light, len(node)) == 0)
-    asked = np.flatnonzero((light > 0) | untold[pair])
-    clear = np.ones(len(pair), bool)
+    # What a sample that brings nothing would see does not matter.
+    asked = np.flatnonzero(light > 0)
+    clear = np.zeros(len(pair), bool)
     clear[asked] = ~occluders.blocked(origin[asked], target[asked])
-    brought = light * clear
-    # Never nothing, so that a pair whose samples all look past each other still has a share.
-    light += 1e-6 * float(np.max(light, initial=1e-290))
-    sums = np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light, brought)])
+    sums = np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light)])
     return sums, len(asked)
 
 
@@ -191,6 +191,20 @@ def _targets(
     """Return points on nodes, and the light that each would bring."""
     # Each receiver begins somewhere else in the sequence, so that the errors of neighbours cancel instead of agreeing.
     index = turn[:, None] * _STEP + receiver[:, None] * _STEP[::-1] + (node * _HASH)[:, None]
+    target, light = _drawn(origin, normal, node, index, targets)
+    # A point that faces away tells nothing of those that do not.
+    blind = np.flatnonzero((light == 0) & ~targets.wide[node])
+    for _ in range(_DRAWN_AGAIN):
+        if not len(blind):
+            break
+        index[blind] += _ELSEWHERE
+        target[blind], light[blind] = _drawn(origin[blind], normal[blind], node[blind], index[blind], targets)
+        blind = blind[light[blind] == 0]
+    return target, light
+
+
+def _drawn(origin: Float, normal: Float, node: Int, index: Float, targets: SourcePoints) -> tuple[Float, Float]:
+    """Draw a point of each node by numbers of which the fraction counts, shape (k, 2); otherwise as `_targets`."""
     u, v = (index - np.floor(index)).T
     target, facing = targets.draw(node, u, v)
     weight = np.ones(len(node))
@@ -199,5 +213,8 @@ def _targets(
     to = target - origin
     there = -(facing * to).sum(axis=1)
     squared = (to * to).sum(axis=1)
-    cosines = np.maximum((normal * to).sum(axis=1), 0) * np.maximum(there, 0)
+    # Seen from within its plane, an element has a form factor as from its front.
+    edge = _GRAZING * np.sqrt(squared)
+    there = np.where(there > -edge, np.maximum(there, edge), 0)
+    cosines = np.maximum((normal * to).sum(axis=1), 0) * there
     return target, weight * cosines / np.maximum(squared * squared, 1e-300)

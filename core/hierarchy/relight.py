@@ -14,9 +14,10 @@ import numpy as np
 from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
+from .first_look import typical_irradiance
 from .quality import Detail
 from .rows import build_rows
-from .solve import Lit, patch_solution, typical_irradiance
+from .solve import Lit, patch_solution
 from .transport import HierarchicalTransport, linked, relit
 from .tree import Float, Int
 

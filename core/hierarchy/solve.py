@@ -8,6 +8,7 @@ element; all other light changes less from place to place and is solved for at s
 from collections.abc import Generator
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,29 +18,23 @@ from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
 from .elements import Elements, split_patches
-from .quality import Quality
-from .receivers import DirectLight, Receivers, group_receivers
-from .rows import Rows, Scenery, gather, received, stream_rows
-from .samples import choose_samples
-from .transport import (
-    BALANCE,
-    MOST_LAMPS,
-    HierarchicalTransport,
-    build_scenery,
-    check_memory,
-    hierarchical_transport,
-    node_means,
-    of_leaves,
-    relit,
-)
+from .first_look import STAGE as FIRST_LOOK
+from .first_look import Look, ambient_guess, first_look, typical_irradiance
+from .quality import Detail, Quality
+from .receivers import DirectLight
+from .rows import Scenery
+from .samples import Samples, choose_samples
+from .transport import STAGE as LINKS
+from .transport import HierarchicalTransport, build_scenery, hierarchical_transport, relit
 from .tree import Float, Int
 
-# Reflectance that the ambient light of the first look is estimated with, at most.
-_MOST_AMBIENT = 0.9
+T = TypeVar("T")
+
+# How few samples tell roughly where the light is, how finely they are linked, and solved for.
+_FEW, _COARSELY = 500, 1e-3
+_COARSE = Detail(1.5, 0.2, 0.2, 1)
 # Share of its surroundings that an element in a closed room has to see for not being hidden itself.
 EXPOSED = 0.3
-# An element is a lamp when it emits this many times what arrives at a typical one.
-_LAMP = 3.0
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
 _CLOSER = 0.05
 
@@ -113,67 +108,80 @@ def solve(
     """
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
     yield Progress("Elements", 1.0)
-    E, rho, A = elements.emission, elements.reflectance, elements.area[:, None]
-    H0 = direct(elements.centre, elements.normal) if direct else np.zeros_like(E)
-    look = yield from _first_look(elements, H0, occluders, quality, workers)
-    first = H0 + look.irradiance()
-    # A guess at what is bright: direct light, and an even share of the rest, as shooting displays it.
-    grey = min(float((A * rho).mean() / A.mean()), _MOST_AMBIENT)
-    ambient = (A * rho * first).sum(axis=0) / A.sum() / (1 - grey)
-    ambient += (A * (E - look.emission)).sum(axis=0) / A.sum() / (1 - grey)
-    guess = E + rho * (first + ambient)
-    typical = typical_irradiance(elements, first + ambient) or look.typical
+    H0 = direct(elements.centre, elements.normal) if direct else np.zeros_like(elements.emission)
+    look = yield from first_look(elements, H0, occluders, quality, workers)
+    # A few samples tell where the light is, and the links are made for that.
+    guess, typical = ambient_guess(elements, H0, look)
     scenery = build_scenery(elements, guess, typical, occluders)
-    yield Progress("Links", 0.0)
+    some = choose_samples(elements, occluders, _FEW)
+    steps = _bounces(some, scenery, look, H0, guess, _COARSE, workers, iterations, _COARSELY)
+    _, rough = yield from _renamed(steps, FIRST_LOOK)
+    typical = typical_irradiance(elements, rough.irradiance) or typical
+    scenery = build_scenery(elements, rough.radiosity, typical, occluders)
+    yield Progress(LINKS, 0.0)
     samples = choose_samples(elements, occluders, quality.samples)
-    transport = yield from hierarchical_transport(elements, samples, scenery, quality.solve, workers)
-    straight = look.irradiance(transport.sums)
-    # All but the lamps' own light: B' = B - E of the lamps = E' + rho (H straight + G B').
-    dim = E - look.emission
-    source = dim + rho * (H0 + straight)
     transport, solution = yield from _bounces(
-        transport, source, dim, guess - look.emission, rho, iterations, tolerance
-    )
-    solution = replace(
-        solution,
-        radiosity=look.emission + solution.radiosity,
-        irradiance=H0 + straight + solution.irradiance,
-        direct=H0 + straight + transport.gather(dim),
+        samples, scenery, look, H0, rough.radiosity, quality.solve, workers, iterations, tolerance
     )
     typical = typical_irradiance(elements, solution.irradiance) or typical
     scenery = relit(scenery, elements, solution.radiosity, typical)
+    straight = look.irradiance(transport.sums)
     rays = look.rays + transport.rays
     return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, rays)
 
 
 def _bounces(
-    transport: HierarchicalTransport,
-    source: Float,
-    start: Float,
+    samples: Samples,
+    scenery: Scenery,
+    look: Look,
+    direct: Float,
     guess: Float,
-    rho: Float,
+    detail: Detail,
+    workers: Executor,
     iterations: int,
     tolerance: float,
 ) -> Generator[Progress, None, tuple[HierarchicalTransport, Solution]]:
-    """Let light bounce, with the energy in balance; the first sweep, of what is emitted, is direct light (T6)."""
-    # Where the light is decides how much of it goes amiss: once by the guess, once by the solution.
-    transport = transport.balanced(guess)
-    solution = yield from gathering(
-        transport, source, rho, iterations=iterations, tolerance=tolerance, start=start
+    """Link samples and let light bounce, with the energy in balance.
+
+    Lamps' own light has been looked at closely: B' = B - E of the lamps = E' + rho (H straight + G B').
+    """
+    elements = look.elements
+    transport = yield from hierarchical_transport(elements, samples, scenery, detail, workers)
+    straight, rho = direct + look.irradiance(transport.sums), elements.reflectance
+    dim = elements.emission - look.emission
+    source = dim + rho * straight
+    # Where the light is decides how much of it goes amiss: once by the guess, once by the solution. The first sweep, of
+    # what is emitted, is direct light (T6).
+    transport = transport.balanced(guess - look.emission)
+    solution = yield from gathering(transport, source, rho, iterations=iterations, tolerance=tolerance, start=dim)
+    if iterations > 1:
+        transport = transport.balanced(solution.radiosity)
+        first, start = solution, solution.radiosity
+        solution = yield from gathering(
+            transport, source, rho, iterations=iterations, tolerance=_CLOSER * tolerance, start=start
+        )
+        converged = first.converged and solution.residual <= tolerance
+        solution = replace(solution, iterations=first.iterations + solution.iterations, converged=converged)
+    return transport, replace(
+        solution,
+        radiosity=look.emission + solution.radiosity,
+        irradiance=straight + solution.irradiance,
+        direct=straight + transport.gather(dim),
     )
-    if iterations == 1:
-        return transport, solution
-    transport = transport.balanced(solution.radiosity)
-    again = yield from gathering(
-        transport, source, rho, iterations=iterations, tolerance=_CLOSER * tolerance, start=solution.radiosity
-    )
-    converged = solution.converged and again.residual <= tolerance
-    return transport, replace(again, iterations=solution.iterations + again.iterations, converged=converged)
 
 
-def typical_irradiance(elements: Elements, irradiance: Float) -> float:
-    """Return the irradiance that errors are judged by: the mean over all area and channels [W/m^2]."""
-    return float(elements.area @ irradiance.mean(axis=1) / elements.area.sum())
+def _renamed(steps: Generator[Progress, None, T], stage: str) -> Generator[Progress, None, T]:
+    """Let steps be part of one stage; what they show so far is too rough to be shown."""
+    try:
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                result: T = end.value
+                return result
+            yield Progress(stage, 1.0)
+    finally:
+        steps.close()
 
 
 def exposed_irradiance(lit: Lit, patches: Patches, group: Int, irradiance: Float) -> Float:
@@ -226,66 +234,3 @@ def patch_solution(lit: Lit, patches: Patches) -> Solution:
         solution.converged,
         solution.residual,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Look:
-    """Links of all elements to the lamps alone."""
-
-    elements: Elements
-    shining: Int
-    emission: Float
-    scenery: Scenery | None
-    receivers: Receivers | None
-    rows: list[Rows]
-    typical: float
-
-    @property
-    def rays(self) -> int:
-        """How many rays were cast."""
-        return sum(rows.rays for rows in self.rows)
-
-    def irradiance(self, sums: Float | None = None) -> Float:
-        """Return the light straight from the lamps, shape (n, 3) [W/m^2].
-
-        Parameters
-        ----------
-        sums : ndarray of shape (n,), optional
-            Share of each element's light that meets another: what does not arrive in sum is put right.
-        """
-        E, A = self.elements.emission[self.shining], self.elements.area
-        H = np.zeros((len(A), 3))
-        if self.scenery is None or self.receivers is None:
-            return H
-        sources, order = self.scenery.sources, self.receivers.index
-        if sums is not None and len(self.shining) <= MOST_LAMPS:
-            received_by = [received(part, self.receivers, A[order], len(sources.area)) for part in self.rows]
-            arrives = of_leaves(sources, np.sum(received_by, axis=0))
-            share = sums[self.shining] / np.where(arrives > 0, arrives, 1)
-            E = E * np.where(arrives > 0, np.clip(share, 1 / BALANCE, BALANCE), 1)[:, None]
-        means = node_means(sources, A[self.shining], E).astype(np.float32)
-        H[order] = np.concatenate([gather(part, self.receivers, means) for part in self.rows])
-        return H
-
-
-def _first_look(
-    elements: Elements, direct: Float, occluders: Surroundings, quality: Quality, workers: Executor
-) -> Generator[Progress, None, _Look]:
-    """Link all elements to those that are lamps."""
-    E, A = elements.emission, elements.area[:, None]
-    grey = min(float((A * elements.reflectance).mean() / A.mean()), _MOST_AMBIENT)
-    everywhere = float((A * (E + direct)).sum(axis=0).mean() / A.sum() / (1 - grey)) or 1.0
-    bright = E.mean(axis=1) > _LAMP * everywhere
-    shining, emission = np.flatnonzero(bright), np.where(bright[:, None], E, 0)
-    if not len(shining):
-        return _Look(elements, shining, emission, None, None, [], everywhere)
-    scenery = build_scenery(elements.pick(shining), E[shining], everywhere, occluders)
-    receivers = group_receivers(elements.centre, elements.normal)
-    rows: list[Rows] = []
-    done = 0
-    for part in stream_rows(receivers, scenery, quality.direct, workers):
-        rows.append(part)
-        done += len(part.group)
-        check_memory(rows, done / len(receivers))
-        yield Progress("First look", done / len(receivers))
-    return _Look(elements, shining, emission, scenery, receivers, rows, everywhere)

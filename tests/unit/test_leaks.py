@@ -27,20 +27,20 @@ def house(box, wall, lamp=((0.4, 0.4, 0.9), 0.2)):
 
 
 WALLS = {
-    "whole": (upright(1, (0, 0), (1, 1)), 0.0),
-    "in pieces": (upright(1, (0, 0), (1, 1), 5), 0.0),
-    "on T-junctions": ([*upright(1, (0, 0), (1, 0.5), 3), *upright(1, (0, 0.5), (1, 1), 2)], 0.0),
-    "through floor and walls": (upright(1, (-1e-3, -1e-3), (1 + 1e-3, 1 + 1e-3)), 0.0),
+    "whole": (upright(1, (0, 0), (1, 1)), 1e-3),
+    "in pieces": (upright(1, (0, 0), (1, 1), 5), 1e-3),
+    "on T-junctions": ([*upright(1, (0, 0), (1, 0.5), 3), *upright(1, (0, 0.5), (1, 1), 2)], 1e-3),
+    "through floor and walls": (upright(1, (-1e-3, -1e-3), (1 + 1e-3, 1 + 1e-3)), 1e-3),
     "1 mm short of the ceiling": (upright(1, (0, 0), (1, 1 - 1e-3)), 0.02),
 }
 
 
-@pytest.mark.xfail(reason="up to 1 % of the light gets through where patches are coarse", strict=False)
+@pytest.mark.parametrize("quality", ["preview", "medium", "high"])
 @pytest.mark.parametrize("name", WALLS)
-def test_a_wall_without_thickness_keeps_the_light(name, box, light):
+def test_a_wall_without_thickness_keeps_the_light(name, quality, box, light):
     wall, most = WALLS[name]
     scene = house(box, wall)
-    baked = light(scene, "hierarchical", quality="preview", max_edge=0.25)
+    baked = light(scene, "hierarchical", quality=quality, max_edge=0.25)
     x = baked.patches.centre[:, 0]
     radiosity = baked.solution.radiosity.mean(axis=1)
     lit, dark = radiosity[x < 0.99], radiosity[x > 1.01]
@@ -50,11 +50,3 @@ def test_a_wall_without_thickness_keeps_the_light(name, box, light):
     # carries next to nothing across.
     far = scene.vertices[scene.corner_vertex][:, 0] > 1.5
     assert baked.corner_radiance[far].max() <= max(most, 1e-6) * lit.mean()
-
-
-@pytest.mark.parametrize("name", WALLS)
-def test_hardly_any_light_gets_through_a_wall(name, box, light):
-    baked = light(house(box, WALLS[name][0]), "hierarchical", quality="preview", max_edge=0.25)
-    x = baked.patches.centre[:, 0]
-    radiosity = baked.solution.radiosity.mean(axis=1)
-    assert radiosity[x > 1.01].max() <= 0.02 * radiosity[x < 0.99].mean()

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The first look: light straight from lamps at all elements, and a guess at the rest.
+
+An element is a lamp when it shines much brighter than what it lights.
+"""
+
+from collections.abc import Generator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..facing.lit_sides import Surroundings
+from ..progress import Progress
+from .elements import Elements
+from .quality import Quality
+from .receivers import Receivers, group_receivers
+from .rows import Rows, Scenery, gather, received, stream_rows
+from .transport import BALANCE, MOST_LAMPS, build_scenery, check_memory, node_means, of_leaves
+from .tree import Float, Int
+
+STAGE = "First look"
+# Reflectance that the ambient light is estimated with, at most.
+_MOST_AMBIENT = 0.9
+# An element is a lamp when it emits this many times what arrives at a typical one.
+_LAMP = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """Links of all elements to the lamps alone.
+
+    Attributes
+    ----------
+    elements : Elements
+    shining : ndarray of shape (l,)
+        Which of them are lamps.
+    emission : ndarray of shape (n, 3)
+        What those emit, and nothing at the others [W/m^2].
+    scenery : Scenery or None
+        The lamps alone; None when there is none.
+    receivers : Receivers or None
+        All elements.
+    rows : list of Rows
+    typical : float
+        Irradiance everywhere if light were spread evenly [W/m^2].
+    """
+
+    elements: Elements
+    shining: Int
+    emission: Float
+    scenery: Scenery | None
+    receivers: Receivers | None
+    rows: list[Rows]
+    typical: float
+
+    @property
+    def rays(self) -> int:
+        """How many rays were cast."""
+        return sum(rows.rays for rows in self.rows)
+
+    def irradiance(self, sums: Float | None = None) -> Float:
+        """Return the light straight from the lamps, shape (n, 3) [W/m^2].
+
+        Parameters
+        ----------
+        sums : ndarray of shape (n,), optional
+            Share of each element's light that meets another: what does not arrive in sum is put right.
+        """
+        E, A = self.elements.emission[self.shining], self.elements.area
+        H = np.zeros((len(A), 3))
+        if self.scenery is None or self.receivers is None:
+            return H
+        sources, order = self.scenery.sources, self.receivers.index
+        if sums is not None and len(self.shining) <= MOST_LAMPS:
+            received_by = [received(part, self.receivers, A[order], len(sources.area)) for part in self.rows]
+            arrives = of_leaves(sources, np.sum(received_by, axis=0))
+            share = sums[self.shining] / np.where(arrives > 0, arrives, 1)
+            E = E * np.where(arrives > 0, np.clip(share, 1 / BALANCE, BALANCE), 1)[:, None]
+        means = node_means(sources, A[self.shining], E).astype(np.float32)
+        H[order] = np.concatenate([gather(part, self.receivers, means) for part in self.rows])
+        return H
+
+
+def first_look(
+    elements: Elements, direct: Float, occluders: Surroundings, quality: Quality, workers: Executor
+) -> Generator[Progress, None, Look]:
+    """Link all elements to those that are lamps."""
+    E, A = elements.emission, elements.area[:, None]
+    grey = min(float((A * elements.reflectance).mean() / A.mean()), _MOST_AMBIENT)
+    everywhere = float((A * (E + direct)).sum(axis=0).mean() / A.sum() / (1 - grey)) or 1.0
+    bright = E.mean(axis=1) > _LAMP * everywhere
+    shining, emission = np.flatnonzero(bright), np.where(bright[:, None], E, 0)
+    if not len(shining):
+        return Look(elements, shining, emission, None, None, [], everywhere)
+    scenery = build_scenery(elements.pick(shining), E[shining], everywhere, occluders)
+    receivers = group_receivers(elements.centre, elements.normal)
+    rows: list[Rows] = []
+    done = 0
+    for part in stream_rows(receivers, scenery, quality.direct, workers):
+        rows.append(part)
+        done += len(part.group)
+        check_memory(rows, done / len(receivers))
+        yield Progress(STAGE, done / len(receivers))
+    return Look(elements, shining, emission, scenery, receivers, rows, everywhere)
+
+
+def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float, float]:
+    """Guess what is bright: direct light and an even share of the rest, as shooting displays it.
+
+    Returns
+    -------
+    radiosity : ndarray of shape (n, 3)
+    typical : float
+        Irradiance [W/m^2].
+    """
+    E, rho, A = elements.emission, elements.reflectance, elements.area[:, None]
+    first = direct + look.irradiance()
+    grey = min(float((A * rho).mean() / A.mean()), _MOST_AMBIENT)
+    ambient = (A * (rho * first + E - look.emission)).sum(axis=0) / A.sum() / (1 - grey)
+    return E + rho * (first + ambient), typical_irradiance(elements, first + ambient) or look.typical
+
+
+def typical_irradiance(elements: Elements, irradiance: Float) -> float:
+    """Return the irradiance that errors are judged by: the mean over all area and channels [W/m^2]."""
+    return float(elements.area @ irradiance.mean(axis=1) / elements.area.sum())
