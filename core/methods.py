@@ -110,14 +110,15 @@ def _hierarchical(
     clock = _Clock()
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
-        direct = partial(direct_light, scene, settings=settings, occluders=occluders) if scene.lamps else None
+        lamps = partial(direct_light, scene, settings=settings, occluders=occluders, workers=workers)
+        direct = lamps if scene.lamps else None
         lit = yield from clock.watch(
             solve(
                 patches,
                 occluders,
                 quality,
                 workers,
-                direct=direct,
+                direct=partial(lamps, rough=True) if scene.lamps else None,
                 iterations=settings.iterations,
                 tolerance=settings.tolerance,
             )

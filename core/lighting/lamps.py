@@ -6,6 +6,7 @@ the radiance P / (pi A), a sun the irradiance of a surface that faces it, a sky 
 """
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from math import ceil, sqrt
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,8 @@ Lamp = AreaLamp | PointLamp | SunLamp | SkyLamp
 # A sky is as large as the world: it takes more cells along each side than a lamp, and more rays where openings end.
 _SKY_CELLS = 4
 _FINER, _SKY_FINER = 3, 4
+# Where much of the sky is seen, and in a rough look, errors are small beside what there is.
+_SKY_WELL, _SKY_ROUGH = 2, 1
 # Rays for each lamp and receiver in the first look, by the quality of a bake.
 _RAYS = {"preview": 4, "medium": 9, "high": 25, "production": 49}
 
@@ -42,6 +45,8 @@ def lamp_irradiance(
     *,
     rays: int,
     reach: float,
+    rough: bool = False,
+    workers: Executor | None = None,
 ) -> FloatArray:
     """Return the light that lamps and sky send straight to receivers.
 
@@ -57,6 +62,10 @@ def lamp_irradiance(
         sky takes sixteen times, and up to sixteen times that round the edges of openings.
     reach : float
         Longest way that anything can be met on [m], see `scene_reach`.
+    rough : bool
+        Whether the light is only to be passed on: the errors of many receivers cancel.
+    workers : concurrent.futures.Executor, optional
+        Who computes; the result does not depend on it, bit for bit.
 
     Returns
     -------
@@ -68,10 +77,21 @@ def lamp_irradiance(
         light = lamp.unshadowed(points, normals)
         lit = np.flatnonzero(light.any(axis=1))
         if lamp.shadows and len(lit):
-            side, finer, blockers = max(1, ceil(sqrt(rays))), _FINER, occluders
+            side, finer, well, blockers = max(1, ceil(sqrt(rays))), _FINER, _FINER, occluders
             if isinstance(lamp, SkyLamp):
-                side, finer, blockers = _SKY_CELLS * side, _SKY_FINER, sky_occluders(occluders)
-            share = visible_share(lamp, points[lit], normals[lit], blockers, side=side, finer=finer, reach=reach)
+                side, blockers = _SKY_CELLS * side, sky_occluders(occluders)
+                finer, well = (_SKY_WELL, _SKY_ROUGH) if rough else (_SKY_FINER, _SKY_WELL)
+            share = visible_share(
+                lamp,
+                points[lit],
+                normals[lit],
+                blockers,
+                side=side,
+                finer=finer,
+                reach=reach,
+                well=well,
+                workers=workers,
+            )
             H[lit] += light[lit] * share
         else:
             H += light
@@ -79,7 +99,14 @@ def lamp_irradiance(
 
 
 def direct_light(
-    scene: "Scene", points: FloatArray, normals: FloatArray, settings: "Settings", occluders: Occluders
+    scene: "Scene",
+    points: FloatArray,
+    normals: FloatArray,
+    settings: "Settings",
+    occluders: Occluders,
+    *,
+    rough: bool = False,
+    workers: Executor | None = None,
 ) -> FloatArray:
     """Return the light that a scene's lamps send straight to receivers in it, as finely as the settings ask for.
 
@@ -92,6 +119,8 @@ def direct_light(
         Give the quality.
     occluders : Occluders
         What blocks.
+    rough, workers
+        See `lamp_irradiance`.
 
     Returns
     -------
@@ -99,7 +128,9 @@ def direct_light(
         Irradiance H [W/m^2].
     """
     rays, reach = _RAYS[settings.quality], scene_reach(scene)
-    return lamp_irradiance(scene.lamps, points, normals, occluders, rays=rays, reach=reach)
+    return lamp_irradiance(
+        scene.lamps, points, normals, occluders, rays=rays, reach=reach, rough=rough, workers=workers
+    )
 
 
 def scene_reach(scene: "Scene") -> float:

@@ -6,6 +6,7 @@ ray into each cell; cells that not all of a group see alike, or whose neighbours
 is the group that decides, so that what a receiver happens to hit says little about whether it looks again.
 """
 
+from concurrent.futures import Executor
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +18,8 @@ from ..visibility import Occluders
 _GROUP = 16
 # Rays that are cast together.
 _RAYS = 1 << 18
+# A group that gets more than this share of a lamp's light sees it well: an error of one cell is little of all that.
+_WELL = 0.1
 # An additive recurrence of the plastic number: the most even spread of points in the square (Roberts 2018).
 _STEP = np.array([0.7548776662466927, 0.5698402909980532])
 _HASH = np.array([0.6180339887498949, 0.4142135623730951])
@@ -39,7 +42,16 @@ class Samples(Protocol):
 
 
 def visible_share(
-    lamp: Samples, points: FloatArray, normals: FloatArray, occluders: Occluders, *, side: int, finer: int, reach: float
+    lamp: Samples,
+    points: FloatArray,
+    normals: FloatArray,
+    occluders: Occluders,
+    *,
+    side: int,
+    finer: int,
+    reach: float,
+    well: int | None = None,
+    workers: Executor | None = None,
 ) -> FloatArray:
     """Return which share of a lamp's light reaches receivers.
 
@@ -55,6 +67,10 @@ def visible_share(
         Rays along each side of a cell in the second look.
     reach : float
         Longest way that anything can be met on [m].
+    well : int, optional
+        What stands for `finer` where the lamp is seen well.
+    workers : concurrent.futures.Executor, optional
+        Who computes; the result does not depend on it, bit for bit.
 
     Returns
     -------
@@ -63,11 +79,14 @@ def visible_share(
     """
     side = 1 if lamp.even else side
     order = _neighbours(points, normals)
-    parts = []
     size = max(1, _RAYS // (side * side * _GROUP)) * _GROUP
-    for start in range(0, len(order), size):
-        index = order[start : start + size]
-        parts.append(_block(lamp, points[index], normals[index], start, occluders, side, finer, reach))
+    looks = (finer, finer if well is None else well)
+    runs = [(start, order[start : start + size]) for start in range(0, len(order), size)]
+    tasks = [(lamp, points[run], normals[run], start, occluders, side, looks, reach) for start, run in runs]
+    if workers is None:
+        parts = [_block(*task) for task in tasks]
+    else:
+        parts = [future.result() for future in [workers.submit(_block, *task) for task in tasks]]
     share = np.zeros((len(points), parts[0].shape[1] if parts else 1))
     if parts:
         share[order] = np.concatenate(parts)
@@ -81,10 +100,10 @@ def _block(
     first: int,
     occluders: Occluders,
     side: int,
-    finer: int,
+    looks: tuple[int, int],
     reach: float,
 ) -> FloatArray:
-    """Return the shares of receivers that are neighbours; `first` is the number of the first."""
+    """Return the shares of receivers that are neighbours; `first` numbers the first, `looks` are `finer` and `well`."""
     cells = side * side
     who, cell = (part.reshape(-1) for part in np.indices((len(points), cells)))
 
@@ -107,13 +126,24 @@ def _block(
     if not lamp.even:
         counts = light.any(axis=1).reshape(shape[:2])
         edge = _unsure(clear.reshape(shape[:2]), counts, side)
-        at, cell = np.nonzero(edge[np.arange(len(points)) // _GROUP])
-        rays = finer * finer
-        who, within = np.repeat(at, rays), np.tile(np.arange(rays), len(at))
-        light, clear = cast(who, np.repeat(cell, rays), within, finer)
-        means = (values.reshape(len(at), rays, shape[2]).mean(axis=1) for values in (light * clear[:, None], light))
-        through[at, cell], whole[at, cell] = means
+        well = _seen_well(through, whole)
+        for finer, chosen in zip(looks, (~well, well), strict=True):
+            at, cell = np.nonzero((edge & chosen[:, None])[np.arange(len(points)) // _GROUP])
+            rays = finer * finer
+            if rays == 1 or not len(at):
+                continue
+            who, within = np.repeat(at, rays), np.tile(np.arange(rays), len(at))
+            light, clear = cast(who, np.repeat(cell, rays), within, finer)
+            means = (values.reshape(len(at), rays, shape[2]).mean(axis=1) for values in (light * clear[:, None], light))
+            through[at, cell], whole[at, cell] = means
     return _shares(through.sum(axis=1), whole.sum(axis=1))
+
+
+def _seen_well(through: FloatArray, whole: FloatArray) -> BoolArray:
+    """Return which groups get much of the light, shape (g,), from that of each receiver, cell and channel."""
+    start = np.arange(0, len(whole), _GROUP)
+    lit, all_of_it = (np.add.reduceat(values.sum(axis=(1, 2)), start) for values in (through, whole))
+    return np.asarray(lit > _WELL * all_of_it)
 
 
 def _shares(through: FloatArray, whole: FloatArray) -> FloatArray:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps and sky against closed forms: alone, behind things, and in a whole bake."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -239,6 +241,28 @@ def test_same_receivers_same_bits():
     plate, points = SQUARE + (-1, 0, 1), np.random.default_rng(0).random((300, 3)) * (1, 1, 0)
     first, second = (lit(LAMPS["disc"], points, polygons=[plate]) for _ in range(2))
     assert (first == second).all()
+
+
+def half_hidden_sky(points, **options):
+    """Return the light of a white sky of which a plate hides a part."""
+    scene = Scene.from_polygons([SQUARE + (-1, 0, 0.5)])
+    occluders, normals = scene_occluders(scene, mesh(scene)), np.tile(UP, (len(points), 1))
+    sky = SkyLamp("sky", np.ones((1, 1, 3)))
+    return lamp_irradiance([sky], points, normals, occluders, rays=9, reach=scene_reach(scene), **options)[:, 0]
+
+
+def test_workers_change_no_bit():
+    # More receivers than are done at a time.
+    points = np.random.default_rng(0).random((4000, 3)) * (4, 4, 0) - (2, 2, 0)
+    with ThreadPoolExecutor(3) as workers:
+        assert (half_hidden_sky(points, workers=workers) == half_hidden_sky(points)).all()
+
+
+def test_a_rough_look_at_the_sky_is_right_on_the_mean():
+    points = np.random.default_rng(0).random((500, 3)) * (4, 4, 0) - (2, 2, 0)
+    fine, rough = half_hidden_sky(points), half_hidden_sky(points, rough=True)
+    assert rough.mean() == pytest.approx(fine.mean(), rel=3e-3)
+    assert 0 < np.sqrt(np.mean((rough - fine) ** 2)) < 0.03 * np.pi
 
 
 @pytest.mark.parametrize("method", ["gathering", "shooting"])
