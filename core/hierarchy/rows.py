@@ -22,6 +22,9 @@ from .tree import Float, Int
 TASK = 64
 # Rows that add up to more than this are no error of a few rays.
 _FULL = 1.2
+# A wide node brings at most so many times what it would as a body of the area that it shows: a single ray that ends
+# close by would speak for all of it.
+_MOST_BROUGHT = 4.0
 # A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
 _LARGE, _LARGE_RAYS = 0.05, 4
 # Tasks computed ahead of the one that is waited for.
@@ -138,7 +141,8 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     share, brought, cast = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
     )
-    weight[shining] = np.where(wide, sources.area[node] * brought / np.pi, weight[shining] * share)
+    told = np.minimum(sources.area[node] * brought / np.pi, _MOST_BROUGHT * weight[shining])
+    weight[shining] = np.where(wide, told, weight[shining] * share)
     # Nobody sees more than all that is around; what is there twice, such as doubled faces, counts half.
     if len(receiver):
         at = receiver - np.min(receiver)
