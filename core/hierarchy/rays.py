@@ -13,6 +13,8 @@ _STEP = np.array([0.7548776662466927, 0.5698402909980532])
 _HASH = 0.6180339887498949
 # Points that face away are drawn again, so often and so far along in both numbers.
 _DRAWN_AGAIN, _ELSEWHERE = 3, 0.3819660112501051
+# Share of an element, from each edge, without points.
+_RIM = 2e-3
 # Cosine that counts as in the plane.
 _GRAZING = 1e-7
 # Rays that a link is tried with before it gets all it deserves.
@@ -76,6 +78,8 @@ class SourcePoints:
         # What is left of u after choosing the element is as good as new.
         u = u.copy()
         u[inner] = np.clip((target - below[found]) / np.maximum(below[found + 1] - below[found], 1e-300), 0, 1)
+        # Not at the very edge, where another surface may stand.
+        u, v = _RIM + (1 - 2 * _RIM) * u, _RIM + (1 - 2 * _RIM) * v
         # A triangle is half a parallelogram: fold the other half back.
         fold = self._triangle[slot] & (u + v > 1)
         u, v = np.where(fold, 1 - u, u)[:, None], np.where(fold, 1 - v, v)[:, None]

@@ -27,10 +27,10 @@ def house(box, wall, lamp=((0.4, 0.4, 0.9), 0.2)):
 
 
 WALLS = {
-    "whole": (upright(1, (0, 0), (1, 1)), 1e-3),
-    "in pieces": (upright(1, (0, 0), (1, 1), 5), 1e-3),
-    "on T-junctions": ([*upright(1, (0, 0), (1, 0.5), 3), *upright(1, (0, 0.5), (1, 1), 2)], 1e-3),
-    "through floor and walls": (upright(1, (-1e-3, -1e-3), (1 + 1e-3, 1 + 1e-3)), 1e-3),
+    "whole": (upright(1, (0, 0), (1, 1)), 0.0),
+    "in pieces": (upright(1, (0, 0), (1, 1), 5), 0.0),
+    "on T-junctions": ([*upright(1, (0, 0), (1, 0.5), 3), *upright(1, (0, 0.5), (1, 1), 2)], 0.0),
+    "through floor and walls": (upright(1, (-1e-3, -1e-3), (1 + 1e-3, 1 + 1e-3)), 0.0),
     "1 mm short of the ceiling": (upright(1, (0, 0), (1, 1 - 1e-3)), 0.02),
 }
 
