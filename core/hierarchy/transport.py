@@ -40,6 +40,8 @@ _CLOSURE = 0.1
 # hidden places out, such as the gap between a lamp and its ceiling.
 BALANCE = 1.15
 _OTHERS = 1.05
+# So many elements tell how much all others see.
+_ASKED = 512
 # More lamps than this are not looked at one by one.
 MOST_LAMPS = 4000
 
@@ -295,6 +297,8 @@ def linked(
     which = np.flatnonzero(lamp)
     if len(which) <= MOST_LAMPS:
         total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
+    open_ = ~lamp & ~shut[samples.cluster]
+    total[open_] *= _evenly(total, open_, scenery, elements, detail)
     one = np.ones(len(elements))
     transport = HierarchicalTransport(
         elements, samples, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
@@ -340,6 +344,26 @@ def seen(
     # Brightness is one everywhere, so all of it is in the second column.
     share: Float = sums[:, 0] + closures(sums, shut) * sums[:, 1]
     return share
+
+
+def _evenly(
+    sums: Float, which: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail
+) -> float:
+    """Return by how much elements see less shine than their rays said, which went where it is bright.
+
+    It is asked of some, more where much light is sent from, and the same for all.
+    """
+    tree = scenery.sources.tree
+    leaf = np.flatnonzero(tree.child < 0)
+    power = np.zeros(len(elements))
+    power[tree.order[tree.start[leaf]]] = scenery.brightness[leaf]
+    below = np.cumsum(np.where(which, power * elements.area, 0)[tree.order])
+    if below[-1] <= 0:
+        return 1.0
+    chosen = tree.order[np.searchsorted(below, (np.arange(_ASKED) + 0.5) / _ASKED * below[-1])]
+    chosen, count = np.unique(chosen, return_counts=True)
+    even = seen(elements.pick(chosen), np.zeros(len(chosen), bool), scenery, elements, detail)
+    return float(np.clip((count @ even) / max(count @ sums[chosen], 1e-300), 1 / _OTHERS, _OTHERS))
 
 
 def check_memory(rows: list[Rows], share: float) -> None:
