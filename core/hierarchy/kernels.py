@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from ..form_factors import point_to_polygon
 from .sources import Sources, shown_area
 from .tree import Float, Int
+from .vectors import dots
 
 Single = NDArray[np.float32]
 
@@ -46,12 +47,12 @@ def _by_shown_area(point: Float, normal: Float, sources: Sources, node: Int) -> 
     for first in range(0, len(node), _BLOCK):
         part = slice(first, first + _BLOCK)
         s = node[part]
-        to = (sources.centre[s] - point[part]).astype(np.float32)
-        squared = np.maximum((to * to).sum(axis=1), _TINY)
+        to: Single = (sources.centre[s] - point[part]).astype(np.float32)
+        squared = np.maximum(dots(to, to), _TINY)
         distance = np.sqrt(squared)
         shown = shown_area(sources, s, -to / distance[:, None]).astype(np.float32)
         # The mean height over the horizon, of a ball of the node's radius: a part of it may be below.
-        height = (normal[part].astype(np.float32) * to).sum(axis=1)
+        height = dots(normal[part].astype(np.float32), to)
         reach = np.maximum(sources.radius[s].astype(np.float32), 1e-6 * distance)
         above = np.clip(height + reach, 0, 2 * reach)
         height = np.where(height > reach, height, above * above / (4 * reach))

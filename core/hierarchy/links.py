@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .receivers import Receivers
 from .sources import Sources, shown_area
 from .tree import Float, Int
+from .vectors import dots
 
 # A cluster of several walls shines into each direction with its mean. It may if this many times what its parts differ
 # by is no more than other errors.
@@ -117,22 +118,22 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
     axis, normal = receivers.axis[g], sources.normal[s]
     half, spread = sources.half[s], receivers.radius[g]
     apart = sources.middle[s] - receivers.centre[g]
-    reach = np.sqrt((apart * apart).sum(axis=1)) + np.sqrt((half * half).sum(axis=1)) + spread
+    reach = np.sqrt(dots(apart, apart)) + np.sqrt(dots(half, half)) + spread
     # The highest that any point of the node stands above any receiver's horizon.
-    height = (axis * apart).sum(axis=1) + (np.abs(axis) * half).sum(axis=1)
+    height = dots(axis, apart) + dots(np.abs(axis), half)
     height += receivers.depth[g] + receivers.cone[g] * reach
     # The furthest that any receiver stands before the node's plane, in which its centroid lies if it is flat.
     to = sources.centre[s] - receivers.centre[g]
-    flat, before = sources.flat[s], -(normal * to).sum(axis=1)
-    front = np.where(flat, before, (np.abs(normal) * half - normal * apart).sum(axis=1))
-    cosine = np.abs((axis * normal).sum(axis=1))
+    flat, before = sources.flat[s], -dots(normal, to)
+    front = np.where(flat, before, dots(np.abs(normal), half) - dots(normal, apart))
+    cosine = np.abs(dots(axis, normal))
     aside = spread * np.sqrt(np.maximum(1 - cosine * cosine, 0)) + receivers.depth[g]
     front += aside + sources.cone[s] * reach
     seen = (height > 1e-7 * reach) & (front > 1e-7 * reach)
     # What a receiver that is placed rather well gets: bounds on all of them would be too large by far.
-    length = np.sqrt((to * to).sum(axis=1)) + 1e-300
+    length = np.sqrt(dots(to, to)) + 1e-300
     distance = np.maximum(length - spread, _WITHIN * length)
-    above = _rather((axis * to).sum(axis=1), sources.radius[s] + receivers.depth[g] + receivers.cone[g] * length)
+    above = _rather(dots(axis, to), sources.radius[s] + receivers.depth[g] + receivers.cone[g] * length)
     facing = sources.area[s] * _rather(before, aside) / length
     shown = np.where(flat, facing, shown_area(sources, s, -to / length[:, None]))
     form_factor = shown * np.minimum(above / length, 1) / np.maximum(np.pi * distance * distance + shown, 1e-300)

@@ -4,6 +4,7 @@
 import numpy as np
 
 from .tree import Float
+from .vectors import crosses, dots
 
 _TINY = 1e-300
 # Heights over an element below this share of its size make no difference.
@@ -29,17 +30,17 @@ def nearest_points(point: Float, corners: Float, normal: Float) -> Float:
     ndarray of shape (k, 3)
         [m].
     """
-    foot = point - ((point - corners[:, 0]) * normal).sum(axis=1)[:, None] * normal
+    foot = point - dots(point - corners[:, 0], normal)[:, None] * normal
     inside = np.ones(len(point), bool)
     nearest, least = foot.copy(), np.full(len(point), np.inf)
     for a, b in zip(range(4), (1, 2, 3, 0), strict=True):
         start, along = corners[:, a], corners[:, b] - corners[:, a]
-        share = ((point - start) * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), _TINY)
+        share = dots(point - start, along) / np.maximum(dots(along, along), _TINY)
         at = start + np.clip(share, 0, 1)[:, None] * along
-        gap = ((point - at) ** 2).sum(axis=1)
+        gap = _squared(point - at)
         nearest = np.where((gap < least)[:, None], at, nearest)
         least = np.minimum(gap, least)
-        inside &= (np.cross(along, foot - start) * normal).sum(axis=1) >= 0
+        inside &= dots(crosses(along, foot - start), normal) >= 0
     return np.where(inside[:, None], foot, nearest)
 
 
@@ -68,9 +69,9 @@ def draw_near(point: Float, u: Float, v: Float, corners: Float, normal: Float) -
     nearest = nearest_points(point, corners, normal)
     even, weight = _spread(u, v, corners, nearest)
     to = even - nearest
-    height = ((point - nearest) ** 2).sum(axis=1)
-    height = np.maximum(height, _LEAST**2 * ((corners[:, 2] - corners[:, 0]) ** 2).sum(axis=1))
-    distance = (to * to).sum(axis=1)
+    height = _squared(point - nearest)
+    height = np.maximum(height, _LEAST**2 * _squared(corners[:, 2] - corners[:, 0]))
+    distance = dots(to, to)
     rim = distance / _towards_rim(to, nearest, corners, normal) ** 2
     shrunk = np.sqrt(height / (rim - distance + height))
     moved = distance * shrunk * shrunk
@@ -78,14 +79,19 @@ def draw_near(point: Float, u: Float, v: Float, corners: Float, normal: Float) -
     return nearest + shrunk[:, None] * to, weight
 
 
+def _squared(vector: Float) -> Float:
+    """Return the squared lengths of vectors, shape (k,)."""
+    return dots(vector, vector)
+
+
 def _spread(u: Float, v: Float, corners: Float, nearest: Float) -> tuple[Float, Float]:
     """Return points of the polygons, as many on either side of the nearest one however narrow that is; see above."""
     a, b, c, d = corners.transpose(1, 0, 2)
     quad = ~(c == d).all(axis=1)
     along, across = b - a, d - a
-    aa, ab, bb = ((x * y).sum(axis=1) for x, y in ((along, along), (along, across), (across, across)))
+    aa, ab, bb = (dots(x, y) for x, y in ((along, along), (along, across), (across, across)))
     offset = nearest - a
-    oa, ob = (offset * along).sum(axis=1), (offset * across).sum(axis=1)
+    oa, ob = dots(offset, along), dots(offset, across)
     determinant = np.maximum(aa * bb - ab * ab, _TINY)
     beside_u, weight_u = _either_side(u, (oa * bb - ob * ab) / determinant)
     beside_v, weight_v = _either_side(v, (ob * aa - oa * ab) / determinant)
@@ -106,8 +112,8 @@ def _towards_rim(to: Float, nearest: Float, corners: Float, normal: Float) -> Fl
     """Return which part of the way from the nearest point to the polygon's rim each vector is, shape (k,)."""
     part = np.full(len(to), 1e-6)
     for a, b in zip(range(4), (1, 2, 3, 0), strict=True):
-        inward = np.cross(normal, corners[:, b] - corners[:, a])
-        room = np.maximum(((nearest - corners[:, a]) * inward).sum(axis=1), 0)
-        used = np.clip(-(to * inward).sum(axis=1), 0, room)
+        inward = crosses(normal, corners[:, b] - corners[:, a])
+        room = np.maximum(dots(nearest - corners[:, a], inward), 0)
+        used = np.clip(-dots(to, inward), 0, room)
         part = np.maximum(part, np.where(used < room, used / np.maximum(room, _TINY), used > 0))
     return part

@@ -7,6 +7,7 @@ from ..visibility import Occluders
 from .nearness import draw_near
 from .sources import Sources
 from .tree import Float, Int
+from .vectors import dots
 
 # Additive recurrences of the plastic number: the most even spread of points in the square (Roberts 2018).
 _STEP = np.array([0.7548776662466927, 0.5698402909980532])
@@ -107,7 +108,8 @@ class SourcePoints:
         sources = self._sources
         close = np.flatnonzero(sources.tree.child[node] < 0)
         s = node[close]
-        near = ((point[close] - sources.centre[s]) ** 2).sum(axis=1) < (_CLOSE * sources.radius[s]) ** 2
+        apart = point[close] - sources.centre[s]
+        near = dots(apart, apart) < (_CLOSE * sources.radius[s]) ** 2
         close, s = close[near], s[near]
         element = sources.tree.order[sources.tree.start[s]]
         u, v = u[close], v[close]
@@ -215,10 +217,10 @@ def _drawn(origin: Float, normal: Float, node: Int, index: Float, targets: Sourc
     close, target_close, weight_close = targets.draw_near(origin, node, u, v)
     target[close], weight[close] = target_close, weight_close
     to = target - origin
-    there = -(facing * to).sum(axis=1)
-    squared = (to * to).sum(axis=1)
+    there = -dots(facing, to)
+    squared = dots(to, to)
     # Seen from within its plane, an element has a form factor as from its front.
     edge = _GRAZING * np.sqrt(squared)
     there = np.where(there > -edge, np.maximum(there, edge), 0)
-    cosines = np.maximum((normal * to).sum(axis=1), 0) * there
+    cosines = np.maximum(dots(normal, to), 0) * there
     return target, weight * cosines / np.maximum(squared * squared, 1e-300)

@@ -18,8 +18,8 @@ from .receivers import Receivers
 from .sources import Sources
 from .tree import Float, Int
 
-# Groups that one task computes: enough for NumPy to be busy, few enough to show progress and to be cancelled.
-TASK = 64
+# Receivers that one task computes, about: enough for NumPy to be busy, few enough to show progress and to be cancelled.
+TASK = 1024
 # Rows that add up to more than this are no error of a few rays.
 _FULL = 1.2
 # A wide node brings at most so many times what it would as a body of the area that it shows: a single ray that ends
@@ -150,9 +150,12 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
         if np.max(seen) > _FULL:
             weight *= np.where(seen > _FULL, 1 / np.maximum(seen, 1), 1)[at]
     sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
-    first = np.searchsorted(links.group, np.append(groups, np.iinfo(np.int64).max))
+    # On a curved surface most of what is close by is behind the horizon of all.
+    kept = np.bincount(pair[weight > 0], minlength=len(count)) > 0
+    weight, count, group, node = weight[kept[pair]], count[kept], links.group[kept], links.node[kept]
+    first = np.searchsorted(group, np.append(groups, np.iinfo(np.int64).max))
     begin = np.concatenate(([0], np.cumsum(count)))[first]
-    return Rows(groups, first, links.node, begin, weight, sums, cast)
+    return Rows(groups, first, node, begin, weight, sums, cast)
 
 
 def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, bright: NDArray[np.bool_]) -> Float:
@@ -164,6 +167,13 @@ def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, brig
     return np.bincount(column, factor, 2 * (end - begin)).reshape(-1, 2)
 
 
+def tasks(receivers: Receivers) -> Iterator[Int]:
+    """Yield the groups of receivers in parts that one task computes."""
+    step = max(1, TASK * len(receivers) // max(1, len(receivers.index)))
+    for first in range(0, len(receivers), step):
+        yield np.arange(first, min(first + step, len(receivers)))
+
+
 def stream_rows(
     receivers: Receivers, scenery: Scenery, detail: Detail, workers: Executor, need: Float | None = None
 ) -> Iterator[Rows]:
@@ -171,11 +181,9 @@ def stream_rows(
 
     Closing the iterator cancels what has not begun.
     """
-    groups = np.arange(len(receivers))
     ahead: deque[Future[Rows]] = deque()
     try:
-        for first in range(0, len(groups), TASK):
-            part = groups[first : first + TASK]
+        for part in tasks(receivers):
             ahead.append(workers.submit(build_rows, receivers, part, scenery, detail, need))
             if len(ahead) > _AHEAD:
                 yield ahead.popleft().result()
@@ -218,7 +226,14 @@ def gather(rows: Rows, receivers: Receivers, radiosity: Single) -> Float:
     ndarray of shape (r, k)
         Irradiance at the receivers of the rows' groups, in their order [W/m^2].
     """
-    parts = [weight.T @ radiosity[node] for _, node, weight in rows.blocks(receivers)]
+    # All that is looked up at once: what is left for each group is little more than its product.
+    sent = radiosity[rows.node]
+    count = np.diff(receivers.first)[rows.group].tolist()
+    first, begin = rows.first.tolist(), rows.begin.tolist()
+    parts = [
+        rows.weight[begin[k] : begin[k + 1]].reshape(-1, count[k]).T @ sent[first[k] : first[k + 1]]
+        for k in range(len(count))
+    ]
     return np.concatenate(parts).astype(float) if parts else np.zeros((0, radiosity.shape[1]))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .tree import Float, Int, Tree, build_tree, least_cosine
+from .vectors import dots
 
 # Relative thickness (variance along the normal over variance in the plane) that still counts as planar.
 _FLAT = 1e-6
@@ -166,7 +167,7 @@ def shown_area(sources: Sources, node: Int, way: Float) -> Float:
     x, y, z = way.T
     xx, yy, zz, xy, yz, zx = sources.spread[node].T
     even = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + yz * y * z + zx * z * x)
-    odd = (sources.total[node] * way).sum(axis=1)
+    odd = dots(sources.total[node], way)
     shown: Float = np.maximum(_SHOWN[0] * sources.area[node] + _SHOWN[1] * odd + _SHOWN[2] * even, 0)
     return shown
 

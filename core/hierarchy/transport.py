@@ -24,7 +24,7 @@ from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
 from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
-from .rows import BRIGHT, TASK, Rows, Scenery, build_rows, gather, received, stream_rows
+from .rows import BRIGHT, Rows, Scenery, build_rows, gather, received, stream_rows, tasks
 from .samples import Samples
 from .sources import Sources, build_sources
 from .tree import Float
@@ -337,8 +337,7 @@ def seen(
     )
     receivers = group_receivers(lamps.centre, lamps.normal)
     sums = np.zeros((len(lamps), 2))
-    for first in range(0, len(receivers), TASK):
-        groups = np.arange(first, min(first + TASK, len(receivers)))
+    for groups in tasks(receivers):
         run = slice(receivers.first[groups[0]], receivers.first[groups[-1] + 1])
         sums[receivers.index[run]] = build_rows(receivers, groups, plain, detail).sums
     # Brightness is one everywhere, so all of it is in the second column.
