@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .dense.columns import column_transport
-from .facing.lit_sides import Surroundings
 from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
@@ -30,6 +29,7 @@ from .shading import corner_irradiance
 from .shooting import shooting
 from .solution import Solution
 from .transport import MOST_SENT, dense_transport, reciprocity_error
+from .visibility import Surroundings
 
 FloatArray = NDArray[np.float64]
 

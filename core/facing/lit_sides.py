@@ -11,7 +11,6 @@ of a bulb, and a side that sees nothing but the sky: a back always, a front wher
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from ..lighting.lamps import SkyLamp, scene_reach
 from ..meshing import Patches
 from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, FloatArray, IntArray, Scene
-from ..visibility import Occluders, sky_occluders
+from ..visibility import Surroundings, sky_occluders
 
 Generator = np.random.Generator
 
@@ -43,14 +42,6 @@ _SHORT = 1e-3
 # Cosine below which a point does not see along its surface.
 _GRAZING = 1e-3
 _NAMES = ("place", "normal", "node", "alone")
-
-
-class Surroundings(Occluders, Protocol):
-    """Occluders that also tell what a ray meets first."""
-
-    def nearest(self, origins: FloatArray, directions: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
-        """Return face, distance and whether the front was hit; see `BruteForceOccluders.nearest`."""
-        ...
 
 
 def lit_sides(

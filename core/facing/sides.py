@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, IntArray, Scene
+from ..visibility import Surroundings
 from .islands import islands
-from .lit_sides import Surroundings, lit_sides
+from .lit_sides import lit_sides
 
 __all__ = ["Surroundings", "auto_sides", "choose_sides", "island_counts"]
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..facing.lit_sides import Surroundings
 from ..progress import Progress
+from ..visibility import Surroundings
 from .elements import Elements
 from .quality import Quality
 from .receivers import Receivers, group_receivers

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..facing.lit_sides import Surroundings
+from ..visibility import Surroundings
 from .kernels import Single, far_form_factors, near_form_factors
 from .links import Links, find_links
 from .quality import Detail

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..facing.lit_sides import Surroundings
+from ..visibility import Surroundings
 from .elements import Elements
 from .tree import Float, Int, Tree, build_tree, least_cosine
 

@@ -12,11 +12,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..facing.lit_sides import Surroundings
 from ..gathering import gathering
 from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
+from ..visibility import Surroundings
 from .elements import Elements, split_patches
 from .first_look import STAGE as FIRST_LOOK
 from .first_look import Look, ambient_guess, first_look, typical_irradiance

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RadiosityError
-from ..facing.lit_sides import Surroundings
 from ..memory import available_memory
 from ..progress import Progress
+from ..visibility import Surroundings
 from .elements import Elements
 from .links import unevenness
 from .probes import groups_shut_in

@@ -8,11 +8,11 @@ import pytest
 
 from core.bake import bake
 from core.errors import RadiosityError
+from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings
-from core.visibility import BruteForceOccluders
 
 DENSE = ("gathering", "shooting")
 

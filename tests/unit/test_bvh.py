@@ -7,8 +7,11 @@ import pytest
 pytest.importorskip("bpy")
 
 from core import visibility
+from core.occlusion import blender_tree
+from core.occlusion.blender_tree import BVHOccluders
+from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import Occluding
-from core.visibility import BruteForceOccluders, BVHOccluders, SurfaceOccluders
+from core.visibility import SurfaceOccluders
 
 
 def soup(corners):
@@ -57,10 +60,10 @@ def test_slack_moves_the_plane():
 
 def test_needles_do_not_grow_out_of_bounds():
     needle = np.array([[[0, 0, 0], [1, 0, 0], [0.5, 1e-5, 0]]])
-    grown = visibility._outgrown(needle)
+    grown = blender_tree._outgrown(needle)
     assert np.abs(grown - needle).max() < 0.05
     equilateral = np.array([[[0, 0, 0], [1, 0, 0], [0.5, np.sqrt(0.75), 0]]])
-    np.testing.assert_allclose(visibility._outgrown(equilateral)[0, :2, 1], -visibility.GROWTH)
+    np.testing.assert_allclose(blender_tree._outgrown(equilateral)[0, :2, 1], -visibility.GROWTH)
 
 
 def test_the_tree_answers_for_few_segments(monkeypatch):

@@ -12,9 +12,9 @@ from core.dense.quadrature import gauss_points, spread_points, surface_points, t
 from core.dense.shadows import hidden, hidden_pairs
 from core.dense.shafts import as_blockers, between, compact_groups
 from core.meshing import mesh
+from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import Occluding
 from core.scene import Scene
-from core.visibility import BruteForceOccluders
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 

@@ -8,9 +8,10 @@ from core.facing.islands import islands
 from core.facing.sides import auto_sides, choose_sides, island_counts
 from core.lighting.lamps import PointLamp, SkyLamp, SunLamp
 from core.meshing import mesh
+from core.occlusion.blender_tree import BVHOccluders
+from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
 from core.scene import AUTO, BACK, BOTH, FRONT, Scene
-from core.visibility import BruteForceOccluders, BVHOccluders
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 

@@ -11,11 +11,13 @@ from hypothesis import strategies as st
 from core import visibility
 from core.meshing import mesh
 from core.occlusion import stream_tree, streams
+from core.occlusion.blender_tree import BVHOccluders
 from core.occlusion.box_tree import box_tree
+from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.streams import StreamOccluders
 from core.occlusion.surfaces import MARGIN, Occluding, occluder_polygons
 from core.scene import BOTH, Scene
-from core.visibility import BruteForceOccluders, BVHOccluders, SurfaceOccluders, scene_occluders
+from core.visibility import SurfaceOccluders, scene_occluders
 
 TURN = np.array([[2, 1, 2], [-2, 2, 1], [-1, -2, 2]]) / 3
 
