@@ -63,7 +63,7 @@ def test_needles_do_not_grow_out_of_bounds():
     grown = blender_tree._outgrown(needle)
     assert np.abs(grown - needle).max() < 0.05
     equilateral = np.array([[[0, 0, 0], [1, 0, 0], [0.5, np.sqrt(0.75), 0]]])
-    np.testing.assert_allclose(blender_tree._outgrown(equilateral)[0, :2, 1], -visibility.GROWTH)
+    np.testing.assert_allclose(blender_tree._outgrown(equilateral)[0, :2, 1], -blender_tree.GROWTH)
 
 
 def test_the_tree_answers_for_few_segments(monkeypatch):
