@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .meshing import Patches
-from .scene import Scene
+from .scene import BACK, Scene
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -64,7 +64,7 @@ def corner_irradiance(scene: Scene, patches: Patches, irradiance: FloatArray) ->
         H at each of the scene's c corners [W/m^2].
     """
     place = _places(scene)
-    smooth = _groups(place, scene.corner_normals)
+    smooth = _groups(place, shown_normals(scene))
     of_group, lit = _means(smooth, patches, irradiance)
     # Corners of faces without patches take what else is lit at their vertex.
     of_place, _ = _means(place, patches, irradiance)
@@ -119,6 +119,27 @@ def _places(scene: Scene) -> IntArray:
     return np.asarray(np.unique(key, return_inverse=True)[1]).reshape(-1)
 
 
+def shown_normals(scene: Scene) -> FloatArray:
+    """Return the normals of corners on the sides that their faces show.
+
+    A surface that is lit on both sides shows its front: what Cycles bakes, and what viewers show that leave out backs.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    ndarray of shape (c, 3)
+        Unit normals; where one looks away from the side that is shown, it is turned round, since the normals of smooth
+        surfaces are those of most faces, however the others are turned.
+    """
+    face = scene.corner_face
+    shown = np.where(scene.sides == BACK, -1.0, 1.0)[:, None] * scene.face_normal
+    away = (scene.corner_normals * shown[face]).sum(axis=1) < 0.0
+    return np.where(away[:, None], -scene.corner_normals, scene.corner_normals)
+
+
 def smooth_groups(scene: Scene) -> IntArray:
     """Return for each corner a number that it shares with those it has to look like.
 
@@ -131,7 +152,7 @@ def smooth_groups(scene: Scene) -> IntArray:
     ndarray of shape (c,)
         From 0 up, without gaps: one for each vertex of an object and each normal there.
     """
-    return _groups(_places(scene), scene.corner_normals)
+    return _groups(_places(scene), shown_normals(scene))
 
 
 def _groups(place: IntArray, normals: FloatArray) -> IntArray:

@@ -23,11 +23,11 @@ def islands(scene: Scene) -> IntArray:
     key = scene.face_object[face] * max(1, len(scene.vertices)) + scene.corner_vertex
     vertex = np.unique(key, return_inverse=True)[1].reshape(-1)
     first = vertex[scene.face_start[:-1]]
-    label = _connected(vertex, first[face], int(np.max(vertex, initial=-1)) + 1)
+    label = connected(vertex, first[face], int(np.max(vertex, initial=-1)) + 1)
     return np.asarray(np.unique(label[first], return_inverse=True)[1]).reshape(-1)
 
 
-def _connected(one: IntArray, other: IntArray, count: int) -> IntArray:
+def connected(one: IntArray, other: IntArray, count: int) -> IntArray:
     """Return for each of so many nodes the least one that it is connected to by edges.
 
     Trees that know only their root hook on to the least neighbour of any of their nodes, until none has neighbours:

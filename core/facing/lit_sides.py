@@ -8,6 +8,10 @@ is bidirectional path tracing (Lafortune, Willems 1993; Veach, Guibas 1995), ask
 What is wanted is the geometry of the light, so every surface passes light on, whatever its reflectance. Two kinds of
 lit sides do not count when the other side has light as well: a back that shines only on its own island, like the inside
 of a bulb, and a side that sees nothing but the sky: a back always, a front where the back is the inside of a room.
+Neither does the inside of a closed island in which no light starts, nor its outside where all light starts in it.
+
+"Front" and "back" are those of most faces of an island: what is turned against its neighbours has its own the other
+way round.
 """
 
 from dataclasses import dataclass
@@ -17,8 +21,11 @@ from numpy.typing import NDArray
 
 from ..lighting.lamps import SkyLamp, scene_reach
 from ..meshing import Patches
+from ..occlusion.surfaces import MARGIN
 from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, FloatArray, IntArray, Scene
 from ..visibility import Surroundings, sky_occluders
+from .enclosures import Enclosure, enclosure
+from .orientation import Orientation
 
 Generator = np.random.Generator
 
@@ -37,6 +44,9 @@ _CAUGHT, _CAUGHT_BY_ITSELF = 0.7, 0.3
 _CANDIDATES = 48
 # Share of a patch, from each edge, without points: there surfaces touch.
 _EDGE = 0.02
+# Points stand so many margins before their surface, but no farther than this share of their patch's size: from closer
+# the faces next door in a hollow count as the same plane, and do not block.
+_MARGINS, _NEAR = 3.0, 0.05
 # A path turns this share of its way before the surface it hits: where it has been, it is in no other surface.
 _SHORT = 1e-3
 # Cosine below which a point does not see along its surface.
@@ -45,7 +55,7 @@ _NAMES = ("place", "normal", "node", "alone")
 
 
 def lit_sides(
-    scene: Scene, patches: Patches, group: IntArray, occluders: Surroundings, rng: Generator
+    scene: Scene, patches: Patches, group: IntArray, shape: Orientation, occluders: Surroundings, rng: Generator
 ) -> NDArray[np.uint8]:
     """Find the sides that light can reach.
 
@@ -57,6 +67,8 @@ def lit_sides(
         How the scene is meshed.
     group : ndarray of shape (f,)
         What is decided as one: the island of each face, or something coarser.
+    shape : Orientation
+        Which faces have their front where the others of their island have their back.
     occluders : Surroundings
         What blocks.
     rng : numpy.random.Generator
@@ -64,9 +76,10 @@ def lit_sides(
     Returns
     -------
     ndarray of shape (g,)
-        FRONT, BACK or BOTH for each group; FRONT for those without faces marked AUTO, and where no light comes.
+        FRONT, BACK or BOTH for each group, as faces have it that are not turned; FRONT for those without faces marked
+        AUTO, and where no light comes.
     """
-    search = _Search(scene, patches, group, occluders, rng)
+    search = _Search(scene, patches, group, shape, occluders, rng)
     mine = 2 * np.unique(group[(scene.sides == AUTO) & scene.live])
     nodes = np.sort(np.concatenate([mine, mine + 1]))
     lit = search.paths()
@@ -77,6 +90,12 @@ def lit_sides(
         found |= more
     front = (reached | alone)[::2]
     back = reached[1::2] | (alone[1::2] & ~front)
+
+    # What gets through the edges of a closed shell is no light.
+    for shell in np.flatnonzero(front & back):
+        starts = search.enclosure(int(shell))
+        if starts is not None and starts.front != starts.back:
+            front[shell], back[shell] = starts.front, starts.back
 
     # Where both are lit, one from which nothing is seen adds nothing to the light elsewhere.
     torn = np.flatnonzero(front & back) * 2
@@ -114,17 +133,28 @@ class _Search:
     """The rays of `lit_sides`, which has the same parameters."""
 
     def __init__(
-        self, scene: Scene, patches: Patches, group: IntArray, occluders: Surroundings, rng: Generator
+        self,
+        scene: Scene,
+        patches: Patches,
+        group: IntArray,
+        shape: Orientation,
+        occluders: Surroundings,
+        rng: Generator,
     ) -> None:
-        self._scene, self._group, self._occluders, self._rng = scene, group, occluders, rng
-        self._surface = _Surface(scene, patches, group, np.ones(len(patches.face), dtype=bool))
-        self._emitters = _Surface(scene, patches, group, patches.emission.any(axis=1))
+        self._scene, self._group, self._shape, self._occluders, self._rng = scene, group, shape, occluders, rng
+        self._surface = _Surface(scene, patches, group, shape, np.ones(len(patches.face), dtype=bool))
+        self._emitters = _Surface(scene, patches, group, shape, patches.emission.any(axis=1))
         self._reach = scene_reach(scene)
+        nodes = np.unique(self._emitters.node)
+        self._starts = self._emitters.draw(nodes, max(1, PATHS // max(1, len(nodes))), rng)
+
+    def enclosure(self, shell: int) -> Enclosure | None:
+        """Tell on which sides of a group light starts, if it is a closed shell."""
+        return enclosure(self._scene, np.flatnonzero(self._group == shell), self._shape, self._starts.place)
 
     def paths(self) -> list[_Points]:
         """Return points that light starts from, and with them those that it comes to."""
-        nodes = np.unique(self._emitters.node)
-        starts = [self._emitters.draw(nodes, max(1, PATHS // max(1, len(nodes))), self._rng)]
+        starts = [self._starts]
         if self._scene.lamps:
             nodes = np.unique(self._surface.node)
             points = self._surface.draw(nodes, max(1, 2 * PATHS // max(1, len(nodes))), self._rng)
@@ -243,17 +273,20 @@ class _Surface:
         Of each side, as in `_Points`; sorted.
     """
 
-    def __init__(self, scene: Scene, patches: Patches, group: IntArray, chosen: BoolArray) -> None:
+    def __init__(self, scene: Scene, patches: Patches, group: IntArray, shape: Orientation, chosen: BoolArray) -> None:
         sure = np.flatnonzero(chosen)
         undecided = sure[scene.sides[patches.face[sure]] == AUTO]
         patch = np.concatenate([sure, undecided])
         turned = np.repeat([1, -1], [len(sure), len(undecided)])
-        node = 2 * group[patches.face[patch]] + (turned * patches.side[patch] < 0)
+        behind = (turned * patches.side[patch] < 0) ^ shape.turned[patches.face[patch]]
+        node = 2 * group[patches.face[patch]] + behind
         order = np.argsort(node, kind="stable")
         patch, self.node = patch[order], node[order]
         self._corners = patches.corners[patch]
         self._normal = patches.normal[patch] * turned[order, None]
         self._below = np.append(0.0, np.cumsum(patches.area[patch]))
+        size = np.linalg.norm(np.ptp(patches.corners, axis=(0, 1))) if len(patches.face) else 0.0
+        self._lift = np.minimum(_MARGINS * MARGIN * size, _NEAR * np.sqrt(patches.area[patch]))
 
     def draw(self, nodes: IntArray, each: int, rng: Generator) -> _Points:
         """Return so many points of each node, spread evenly over its area."""
@@ -269,5 +302,5 @@ class _Surface:
         fold = triangle & (u + v > 1.0)
         u, v = np.where(fold, 1.0 - u, u), np.where(fold, 1.0 - v, v)
         quad = (1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * d + u * c)
-        place = np.where(triangle, a + u * (b - a) + v * (c - a), quad)
+        place = np.where(triangle, a + u * (b - a) + v * (c - a), quad) + self._lift[slot, None] * self._normal[slot]
         return _Points(place, self._normal[slot], np.repeat(nodes, each), np.ones(len(slot), dtype=bool))

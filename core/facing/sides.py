@@ -2,7 +2,11 @@
 """Which sides of the surfaces have light, for the faces whose sides a scene leaves open.
 
 Surfaces in Blender reflect and emit on both sides, but most of them are lit on one side only, and a second side costs
-as much as the first. So every island of faces has the side, or the sides, that light can reach.
+as much as the first. So every island of faces has the side, or the sides, that light can reach; faces that are turned
+against their neighbours have theirs the other way round.
+
+A colour attribute has one value for a corner. A surface that is lit on both sides shows its front there: what Cycles
+bakes, and what viewers show that leave out backs.
 """
 
 from dataclasses import replace
@@ -15,6 +19,7 @@ from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, IntArray, Scene
 from ..visibility import Surroundings
 from .islands import islands
 from .lit_sides import lit_sides
+from .orientation import orientation
 
 __all__ = ["Surroundings", "auto_sides", "choose_sides", "island_counts"]
 
@@ -72,17 +77,23 @@ def auto_sides(scene: Scene, patches: Patches, occluders: Surroundings, *, seed:
     -------
     Scene
         Without AUTO. Every island of faces is FRONT, BACK or BOTH; those that no light reaches are FRONT. A warning
-        for each object tells how many of its islands are BACK.
+        for each object tells how many of its islands are BACK, and how many faces are turned against their neighbours.
     """
     undecided = scene.sides == AUTO
     if not undecided.any():
         return scene
     part = islands(scene)
     group = part if np.max(part) < MOST_ISLANDS else scene.face_object
-    found = lit_sides(scene, patches, group, occluders, np.random.default_rng(seed))[group]
-    sides = np.where(undecided, found, scene.sides)
-    sides = _without_gaps(scene, sides, undecided, group, patches, occluders)
-    return replace(scene, sides=sides, warnings=scene.warnings + _flipped(scene, part, undecided & (sides == BACK)))
+    shape = orientation(scene)
+    found = lit_sides(scene, patches, group, shape, occluders, np.random.default_rng(seed))[group]
+    # The front of what is turned is where the others have their back.
+    own = np.where(shape.turned & (found != BOTH), FRONT + BACK - found, found)
+    sides = np.where(undecided, own, scene.sides)
+    alike = undecided & ~np.isin(group, group[shape.turned])
+    sides = _without_gaps(scene, sides, alike, group, patches, occluders)
+    behind = undecided & (sides == BACK) & ~shape.turned
+    lines = _flipped(scene, part, behind) + _turned(scene, undecided & shape.turned)
+    return replace(scene, sides=sides, warnings=scene.warnings + lines)
 
 
 def _without_gaps(
@@ -143,5 +154,18 @@ def _flipped(scene: Scene, part: IntArray, back: BoolArray) -> tuple[str, ...]:
         lines.append(
             f"Object '{scene.object_names[index]}': {what} lit from the back; the colors show the light there "
             "(flip the normals, or choose Sides: Front)"
+        )
+    return tuple(lines)
+
+
+def _turned(scene: Scene, turned: BoolArray) -> tuple[str, ...]:
+    """Return a line for each object with faces that are turned against their neighbours."""
+    counts = np.bincount(scene.face_object[turned], minlength=len(scene.object_names))
+    lines = []
+    for index in np.flatnonzero(counts):
+        what = "1 face is" if counts[index] == 1 else f"{counts[index]} faces are"
+        lines.append(
+            f"Object '{scene.object_names[index]}': {what} turned against the neighbors; each shows the light of "
+            "its own lit side (recalculate the normals)"
         )
     return tuple(lines)

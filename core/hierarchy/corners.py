@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..meshing import Patches
 from ..progress import Progress
 from ..scene import BACK, Scene
-from ..shading import smooth_groups
+from ..shading import shown_normals, smooth_groups
 from .elements import Elements
 from .filter import ROUNDS, smoothed
 from .glances import COVERED, Corners, Glance, glances, sparse_glances
@@ -56,10 +56,9 @@ def corner_receivers(scene: Scene) -> Corners:
     into = np.stack([np.bincount(group, (middle[face] - position)[:, k]) for k in range(3)], axis=1) / count[:, None]
     leader = np.full(len(count), -1)
     leader[group[::-1]] = np.arange(len(group))[::-1]
-    normal = scene.corner_normals[leader].copy()
+    normal = shown_normals(scene)[leader]
     # Faces without area have no normal of their own; whatever light is there will do.
     normal[~normal.any(axis=1)] = (0, 0, 1)
-    normal[scene.sides[face[leader]] == BACK] *= -1
     # Along the surface, not below it: the middles of the faces round a convex corner lie inside.
     into -= (into * normal).sum(axis=1, keepdims=True) * normal
     point = position[leader] + _INSET * into
