@@ -13,10 +13,12 @@ import numpy as np
 from ..progress import Progress
 from ..visibility import Surroundings
 from .elements import Elements
+from .linking import MOST_LAMPS, check_memory
 from .quality import Quality
 from .receivers import Receivers, group_receivers
-from .rows import Rows, Scenery, gather, received, stream_rows
-from .transport import BALANCE, MOST_LAMPS, build_scenery, check_memory, node_means, of_leaves
+from .rows import Rows, gather, received, stream_rows
+from .scenery import Scenery, build_scenery, node_means
+from .transport import BALANCE, of_leaves
 from .tree import Float, Int
 
 STAGE = "First look"

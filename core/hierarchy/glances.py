@@ -15,14 +15,16 @@ from numpy.typing import NDArray
 
 from ..progress import Progress
 from .elements import Elements
+from .linking import closures
 from .probes import groups_shut_in, points_shut_in
 from .quality import Detail, Quality
 from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
-from .rows import BRIGHT, Scenery, gather, stream_rows
+from .rows import BRIGHT, gather, stream_rows
 from .samples import Samples, choose_samples
+from .scenery import Scenery, node_means
 from .sights import NOTHING, Sights, joined, large_sights
 from .solve import Lit
-from .transport import closures, node_means, parted
+from .transport import parted
 from .tree import Float, Int
 
 STAGE = "Final gather"

@@ -15,10 +15,12 @@ from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
 from .first_look import typical_irradiance
+from .linking import linked
 from .quality import Detail
 from .rows import build_rows
+from .scenery import relit
 from .solve import Lit, patch_solution
-from .transport import HierarchicalTransport, linked, relit
+from .transport import HierarchicalTransport
 from .tree import Float, Int
 
 # Clusters of the small matrix, at most, and how many of its columns are computed at a time.

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..visibility import Surroundings
 from .kernels import Single, far_form_factors, near_form_factors
 from .links import Links, find_links
 from .quality import Detail
-from .rays import SourcePoints, visible_share
+from .rays import visible_share
 from .receivers import Receivers
-from .sources import Sources
+from .scenery import Scenery
 from .tree import Float, Int
 
 # Receivers that one task computes, about: enough for NumPy to be busy, few enough to show progress and to be cancelled.
@@ -31,31 +30,6 @@ _LARGE, _LARGE_RAYS = 0.05, 4
 _AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
 BRIGHT = 12.0
-
-
-@dataclass(frozen=True, eq=False)
-class Scenery:
-    """What light travels through: the sources and what stands between.
-
-    Attributes
-    ----------
-    sources : Sources
-    corners : ndarray of shape (n, 4, 3)
-        The elements that the sources are made of [m].
-    brightness : ndarray of shape (m,)
-        Radiosity of each node over a typical irradiance: what is worth following.
-    uneven : ndarray of shape (m,)
-        How much the parts of each node differ from it in that.
-    targets : SourcePoints
-    occluders : Surroundings
-    """
-
-    sources: Sources
-    corners: Float
-    brightness: Float
-    uneven: Float
-    targets: SourcePoints
-    occluders: Surroundings
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,12 +20,13 @@ from ..visibility import Surroundings
 from .elements import Elements, split_patches
 from .first_look import STAGE as FIRST_LOOK
 from .first_look import Look, ambient_guess, first_look, typical_irradiance
+from .linking import STAGE as LINKS
+from .linking import hierarchical_transport
 from .quality import Detail, Quality
 from .receivers import DirectLight
-from .rows import Scenery
 from .samples import Samples, choose_samples
-from .transport import STAGE as LINKS
-from .transport import HierarchicalTransport, build_scenery, hierarchical_transport, relit
+from .scenery import Scenery, build_scenery, relit
+from .transport import HierarchicalTransport
 from .tree import Float, Int
 
 T = TypeVar("T")

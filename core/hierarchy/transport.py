@@ -7,43 +7,23 @@ P. Hanrahan, D. Salzman, L. Aupperle, A rapid hierarchical radiosity algorithm, 
 B. Smits, J. Arvo, D. Greenberg, A clustering algorithm for radiosity in complex environments, SIGGRAPH 1994.
 """
 
-from collections.abc import Generator
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RadiosityError
-from ..memory import available_memory
-from ..progress import Progress
-from ..visibility import Surroundings
 from .elements import Elements
-from .links import unevenness
-from .probes import groups_shut_in
-from .quality import Detail
-from .rays import SourcePoints
-from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
-from .rows import BRIGHT, Rows, Scenery, build_rows, gather, received, stream_rows, tasks
+from .receivers import Receivers
+from .rows import Rows, gather, received
 from .samples import Samples
-from .sources import Sources, build_sources
+from .scenery import node_means
+from .sources import Sources
 from .tree import Float
 
-STAGE = "Links"
-# Stops of brightness, about a typical one, that clusters are told apart by.
-_DARKEST, _BRIGHTEST = -5.0, 15.0
-# Of a typical irradiance: where nothing shines, rays go anywhere.
-_FAINT = 0.01
-# A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
-_CLOSURE = 0.1
 # What is received from a lamp, and from all others, may be put right by this factor at most: more would let errors of
 # hidden places out, such as the gap between a lamp and its ceiling.
 BALANCE = 1.15
-_OTHERS = 1.05
-# So many elements tell how much all others see.
-_ASKED = 512
-# More lamps than this are not looked at one by one.
-MOST_LAMPS = 4000
+OTHERS = 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +113,7 @@ class HierarchicalTransport:
         missing = float(power @ (self.sums - balance * self.arrives))
         others = float(power[~sure] @ self.arrives[~sure])
         if others > abs(missing):
-            balance[~sure] += np.clip(missing / others, 1 / _OTHERS - 1, _OTHERS - 1)
+            balance[~sure] += np.clip(missing / others, 1 / OTHERS - 1, OTHERS - 1)
         return replace(self, balance=balance)
 
     def column(self, j: int) -> Float:
@@ -145,12 +125,6 @@ class HierarchicalTransport:
     def row_sums(self) -> Float:
         """Return for each element the share of its light that meets an element, shape (n,)."""
         return self.sums
-
-
-def node_means(sources: Sources, area: Float, radiosity: Float) -> Float:
-    """Return the mean radiosity of every node, shape (m, k), from that of the elements, shape (n, k)."""
-    sums: Float = sources.tree.sums(area[:, None] * radiosity)
-    return sums / sources.area[:, None]
 
 
 def parted(nodes: Float, bright: NDArray[np.bool_]) -> Float:
@@ -165,217 +139,6 @@ def closed_sum(gathered: Float, closure: Float) -> Float:
     return total
 
 
-def closures(sums: Float, shut: NDArray[np.bool_]) -> Float:
-    """Return what makes the rows of those who see no way out add up to one.
-
-    Parameters
-    ----------
-    sums : ndarray of shape (n, 2)
-        Rows over the bright nodes, and over the others.
-    shut : ndarray of shape (n,)
-        Who sees no way out.
-
-    Returns
-    -------
-    ndarray of shape (n,)
-        1 for those who do, and where more is missing than a few rays can be wrong by.
-    """
-    missing = 1 - sums.sum(axis=1)
-    closed = shut & (np.abs(missing) < np.minimum(_CLOSURE, 0.5 * sums[:, 1]))
-    return 1 + np.where(closed, missing / np.where(closed, sums[:, 1], 1), 0)
-
-
-def build_scenery(elements: Elements, radiosity: Float, typical: float, occluders: Surroundings) -> Scenery:
-    """Cluster elements by where they are and how bright they may be.
-
-    Parameters
-    ----------
-    elements : Elements
-    radiosity : ndarray of shape (n, 3)
-        A guess [W/m^2].
-    typical : float
-        Irradiance that errors are judged by [W/m^2].
-    occluders : Surroundings
-
-    Returns
-    -------
-    Scenery
-    """
-    bright = radiosity.mean(axis=1) / typical
-    shade = np.clip(np.log2(np.maximum(bright, 2.0**_DARKEST)), _DARKEST, _BRIGHTEST)
-    sources = build_sources(elements.corners, elements.centre, elements.normal, elements.area, shade)
-    return _scenery(sources, elements, bright, occluders)
-
-
-def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Surroundings) -> Scenery:
-    targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
-    brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
-    return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
-
-
-def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float) -> Scenery:
-    """Return the same clusters under other light; parameters as for `build_scenery`."""
-    return _scenery(scenery.sources, elements, radiosity.mean(axis=1) / typical, scenery.occluders)
-
-
-def hierarchical_transport(
-    elements: Elements, samples: Samples, scenery: Scenery, detail: Detail, workers: Executor
-) -> Generator[Progress, None, HierarchicalTransport]:
-    """Link all samples to clusters.
-
-    Parameters
-    ----------
-    elements : Elements
-    samples : Samples
-        Who receives for all.
-    scenery : Scenery
-        From `build_scenery`.
-    detail : Detail
-    workers : concurrent.futures.Executor
-        Who computes; the result does not depend on it, bit for bit.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    HierarchicalTransport
-
-    Raises
-    ------
-    RadiosityError
-        When the links would not fit into memory.
-    """
-    size = GROUP_SIZE if samples.single else SPARSE_SIZE
-    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element], size)
-    rows: list[Rows] = []
-    done = 0
-    for part in stream_rows(receivers, scenery, detail, workers):
-        rows.append(part)
-        done += len(part.group)
-        check_memory(rows, done / len(receivers))
-        yield Progress(STAGE, done / len(receivers))
-    return linked(elements, samples, scenery, receivers, rows, detail)
-
-
-def linked(
-    elements: Elements, samples: Samples, scenery: Scenery, receivers: Receivers, rows: list[Rows], detail: Detail
-) -> HierarchicalTransport:
-    """Put rows together: add them up, close those of closed rooms, and see what arrives.
-
-    Parameters
-    ----------
-    elements : Elements
-    samples : Samples
-    scenery : Scenery
-    receivers : Receivers
-        Of the samples.
-    rows : list of Rows
-        For all groups of receivers, in order.
-    detail : Detail
-        That they were made with.
-
-    Returns
-    -------
-    HierarchicalTransport
-        Not yet balanced.
-    """
-    bright = scenery.brightness > BRIGHT
-    sums = np.zeros((len(samples), 2))
-    sums[receivers.index] = np.concatenate([part.sums for part in rows])
-    shut = np.zeros(len(samples), bool)
-    shut[receivers.index] = np.repeat(
-        groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
-    )
-    closure = closures(sums, shut)
-    total = (sums[:, 0] + closure * sums[:, 1])[samples.cluster]
-    tree = scenery.sources.tree
-    leaf = np.flatnonzero(tree.child < 0)
-    lamp = np.zeros(len(elements), bool)
-    lamp[tree.order[tree.start[leaf]]] = bright[leaf]
-    which = np.flatnonzero(lamp)
-    if len(which) <= MOST_LAMPS:
-        total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
-    open_ = ~lamp & ~shut[samples.cluster]
-    total[open_] *= _evenly(total, open_, scenery, elements, detail)
-    one = np.ones(len(elements))
-    transport = HierarchicalTransport(
-        elements, samples, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
-    )
-    return replace(transport, arrives=_arrives(transport))
-
-
-def seen(
-    lamps: Elements, shut: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail
-) -> Float:
-    """Return which share of the light of a few elements meets an element, by rays that go everywhere alike.
-
-    A lamp sees what it lights, so rays that go where it is bright find that it sees more than it does.
-
-    Parameters
-    ----------
-    lamps : Elements
-    shut : ndarray of shape (l,)
-        Which of them see no way out.
-    scenery : Scenery
-    elements : Elements
-        All of them.
-    detail : Detail
-
-    Returns
-    -------
-    ndarray of shape (l,)
-    """
-    if not len(lamps):
-        return np.zeros(0)
-    plain = replace(
-        scenery,
-        brightness=np.ones(len(scenery.brightness)),
-        uneven=np.zeros(len(scenery.brightness)),
-        targets=SourcePoints(scenery.sources, elements.corners, elements.area),
-    )
-    receivers = group_receivers(lamps.centre, lamps.normal)
-    sums = np.zeros((len(lamps), 2))
-    for groups in tasks(receivers):
-        run = slice(receivers.first[groups[0]], receivers.first[groups[-1] + 1])
-        sums[receivers.index[run]] = build_rows(receivers, groups, plain, detail).sums
-    # Brightness is one everywhere, so all of it is in the second column.
-    share: Float = sums[:, 0] + closures(sums, shut) * sums[:, 1]
-    return share
-
-
-def _evenly(
-    sums: Float, which: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail
-) -> float:
-    """Return by how much elements see less shine than their rays said, which went where it is bright.
-
-    It is asked of some, more where much light is sent from, and the same for all.
-    """
-    tree = scenery.sources.tree
-    leaf = np.flatnonzero(tree.child < 0)
-    power = np.zeros(len(elements))
-    power[tree.order[tree.start[leaf]]] = scenery.brightness[leaf]
-    below = np.cumsum(np.where(which, power * elements.area, 0)[tree.order])
-    if below[-1] <= 0:
-        return 1.0
-    chosen = tree.order[np.searchsorted(below, (np.arange(_ASKED) + 0.5) / _ASKED * below[-1])]
-    chosen, count = np.unique(chosen, return_counts=True)
-    even = seen(elements.pick(chosen), np.zeros(len(chosen), bool), scenery, elements, detail)
-    return float(np.clip((count @ even) / max(count @ sums[chosen], 1e-300), 1 / _OTHERS, _OTHERS))
-
-
-def check_memory(rows: list[Rows], share: float) -> None:
-    """Refuse links that will not fit, judged by the share of them that is there."""
-    held = sum(part.weight.nbytes + part.node.nbytes for part in rows)
-    missing, free = held * (1 / share - 1), available_memory()
-    if missing > free:
-        raise RadiosityError(
-            f"The links need {(held + missing) / 2**30:.1f} GiB of memory, and {(held + free) / 2**30:.1f} GiB are "
-            "free: take a lower quality, or larger patches"
-        )
-
-
 def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: Float) -> Float:
     """Return the irradiance of all receivers in the caller's order, from the radiosity of the nodes."""
     single = nodes.astype(np.float32)
@@ -384,8 +147,8 @@ def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: 
     return irradiance
 
 
-def _arrives(transport: HierarchicalTransport) -> Float:
-    """Return which share of each element's light is received, shape (n,)."""
+def arrivals(transport: HierarchicalTransport) -> Float:
+    """Return which share of each element's light is received by way of its links, shape (n,)."""
     sources, receivers, area = transport.sources, transport.receivers, transport.samples.area
     plain, closed = area[receivers.index], (area * transport.closure)[receivers.index]
     nodes = np.zeros(len(sources.area))

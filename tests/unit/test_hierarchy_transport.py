@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from core.errors import RadiosityError
-from core.hierarchy import transport as module
+from core.hierarchy import linking as module
 from core.hierarchy.elements import centres, quarters, split_patches
+from core.hierarchy.linking import closures, hierarchical_transport
 from core.hierarchy.quality import QUALITIES
 from core.hierarchy.receivers import group_receivers
 from core.hierarchy.rows import build_rows, gather, received, stream_rows
 from core.hierarchy.samples import each
-from core.hierarchy.transport import build_scenery, closures, hierarchical_transport
+from core.hierarchy.scenery import build_scenery
 from core.meshing import mesh
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust

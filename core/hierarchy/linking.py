@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a hierarchical transport is made: rows for all samples, closed in closed rooms, and refused where memory ends."""
+
+from collections.abc import Generator
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RadiosityError
+from ..memory import available_memory
+from ..progress import Progress
+from .elements import Elements
+from .probes import groups_shut_in
+from .quality import Detail
+from .rays import SourcePoints
+from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
+from .rows import BRIGHT, Rows, build_rows, stream_rows, tasks
+from .samples import Samples
+from .scenery import Scenery
+from .transport import OTHERS, HierarchicalTransport, arrivals
+from .tree import Float
+
+STAGE = "Links"
+# A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
+_CLOSURE = 0.1
+# So many elements tell how much all others see.
+_ASKED = 512
+# More lamps than this are not looked at one by one.
+MOST_LAMPS = 4000
+
+
+def hierarchical_transport(
+    elements: Elements, samples: Samples, scenery: Scenery, detail: Detail, workers: Executor
+) -> Generator[Progress, None, HierarchicalTransport]:
+    """Link all samples to clusters.
+
+    Parameters
+    ----------
+    elements : Elements
+    samples : Samples
+        Who receives for all.
+    scenery : Scenery
+        From `build_scenery`.
+    detail : Detail
+    workers : concurrent.futures.Executor
+        Who computes; the result does not depend on it, bit for bit.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    HierarchicalTransport
+
+    Raises
+    ------
+    RadiosityError
+        When the links would not fit into memory.
+    """
+    size = GROUP_SIZE if samples.single else SPARSE_SIZE
+    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element], size)
+    rows: list[Rows] = []
+    done = 0
+    for part in stream_rows(receivers, scenery, detail, workers):
+        rows.append(part)
+        done += len(part.group)
+        check_memory(rows, done / len(receivers))
+        yield Progress(STAGE, done / len(receivers))
+    return linked(elements, samples, scenery, receivers, rows, detail)
+
+
+def linked(
+    elements: Elements, samples: Samples, scenery: Scenery, receivers: Receivers, rows: list[Rows], detail: Detail
+) -> HierarchicalTransport:
+    """Put rows together: add them up, close those of closed rooms, and see what arrives.
+
+    Parameters
+    ----------
+    elements : Elements
+    samples : Samples
+    scenery : Scenery
+    receivers : Receivers
+        Of the samples.
+    rows : list of Rows
+        For all groups of receivers, in order.
+    detail : Detail
+        That they were made with.
+
+    Returns
+    -------
+    HierarchicalTransport
+        Not yet balanced.
+    """
+    bright = scenery.brightness > BRIGHT
+    sums = np.zeros((len(samples), 2))
+    sums[receivers.index] = np.concatenate([part.sums for part in rows])
+    shut = np.zeros(len(samples), bool)
+    shut[receivers.index] = np.repeat(
+        groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
+    )
+    closure = closures(sums, shut)
+    total = (sums[:, 0] + closure * sums[:, 1])[samples.cluster]
+    tree = scenery.sources.tree
+    leaf = np.flatnonzero(tree.child < 0)
+    lamp = np.zeros(len(elements), bool)
+    lamp[tree.order[tree.start[leaf]]] = bright[leaf]
+    which = np.flatnonzero(lamp)
+    if len(which) <= MOST_LAMPS:
+        total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
+    open_ = ~lamp & ~shut[samples.cluster]
+    total[open_] *= _evenly(total, open_, scenery, elements, detail)
+    one = np.ones(len(elements))
+    transport = HierarchicalTransport(
+        elements, samples, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
+    )
+    return replace(transport, arrives=arrivals(transport))
+
+
+def seen(lamps: Elements, shut: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail) -> Float:
+    """Return which share of the light of a few elements meets an element, by rays that go everywhere alike.
+
+    A lamp sees what it lights, so rays that go where it is bright find that it sees more than it does.
+
+    Parameters
+    ----------
+    lamps : Elements
+    shut : ndarray of shape (l,)
+        Which of them see no way out.
+    scenery : Scenery
+    elements : Elements
+        All of them.
+    detail : Detail
+
+    Returns
+    -------
+    ndarray of shape (l,)
+    """
+    if not len(lamps):
+        return np.zeros(0)
+    plain = replace(
+        scenery,
+        brightness=np.ones(len(scenery.brightness)),
+        uneven=np.zeros(len(scenery.brightness)),
+        targets=SourcePoints(scenery.sources, elements.corners, elements.area),
+    )
+    receivers = group_receivers(lamps.centre, lamps.normal)
+    sums = np.zeros((len(lamps), 2))
+    for groups in tasks(receivers):
+        run = slice(receivers.first[groups[0]], receivers.first[groups[-1] + 1])
+        sums[receivers.index[run]] = build_rows(receivers, groups, plain, detail).sums
+    # Brightness is one everywhere, so all of it is in the second column.
+    share: Float = sums[:, 0] + closures(sums, shut) * sums[:, 1]
+    return share
+
+
+def _evenly(sums: Float, which: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail) -> float:
+    """Return by how much elements see less shine than their rays said, which went where it is bright.
+
+    It is asked of some, more where much light is sent from, and the same for all.
+    """
+    tree = scenery.sources.tree
+    leaf = np.flatnonzero(tree.child < 0)
+    power = np.zeros(len(elements))
+    power[tree.order[tree.start[leaf]]] = scenery.brightness[leaf]
+    below = np.cumsum(np.where(which, power * elements.area, 0)[tree.order])
+    if below[-1] <= 0:
+        return 1.0
+    chosen = tree.order[np.searchsorted(below, (np.arange(_ASKED) + 0.5) / _ASKED * below[-1])]
+    chosen, count = np.unique(chosen, return_counts=True)
+    even = seen(elements.pick(chosen), np.zeros(len(chosen), bool), scenery, elements, detail)
+    return float(np.clip((count @ even) / max(count @ sums[chosen], 1e-300), 1 / OTHERS, OTHERS))
+
+
+def closures(sums: Float, shut: NDArray[np.bool_]) -> Float:
+    """Return what makes the rows of those who see no way out add up to one.
+
+    Parameters
+    ----------
+    sums : ndarray of shape (n, 2)
+        Rows over the bright nodes, and over the others.
+    shut : ndarray of shape (n,)
+        Who sees no way out.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        1 for those who do, and where more is missing than a few rays can be wrong by.
+    """
+    missing = 1 - sums.sum(axis=1)
+    closed = shut & (np.abs(missing) < np.minimum(_CLOSURE, 0.5 * sums[:, 1]))
+    return 1 + np.where(closed, missing / np.where(closed, sums[:, 1], 1), 0)
+
+
+def check_memory(rows: list[Rows], share: float) -> None:
+    """Refuse links that will not fit, judged by the share of them that is there."""
+    held = sum(part.weight.nbytes + part.node.nbytes for part in rows)
+    missing, free = held * (1 / share - 1), available_memory()
+    if missing > free:
+        raise RadiosityError(
+            f"The links need {(held + missing) / 2**30:.1f} GiB of memory, and {(held + free) / 2**30:.1f} GiB are "
+            "free: take a lower quality, or larger patches"
+        )

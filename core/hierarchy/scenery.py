@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What light travels through: elements in clusters, how bright those may be, and what stands between."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..visibility import Surroundings
+from .elements import Elements
+from .links import unevenness
+from .rays import SourcePoints
+from .sources import Sources, build_sources
+from .tree import Float
+
+# Stops of brightness, about a typical one, that clusters are told apart by.
+_DARKEST, _BRIGHTEST = -5.0, 15.0
+# Of a typical irradiance: where nothing shines, rays go anywhere.
+_FAINT = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """What light travels through: the sources and what stands between.
+
+    Attributes
+    ----------
+    sources : Sources
+    corners : ndarray of shape (n, 4, 3)
+        The elements that the sources are made of [m].
+    brightness : ndarray of shape (m,)
+        Radiosity of each node over a typical irradiance: what is worth following.
+    uneven : ndarray of shape (m,)
+        How much the parts of each node differ from it in that.
+    targets : SourcePoints
+    occluders : Surroundings
+    """
+
+    sources: Sources
+    corners: Float
+    brightness: Float
+    uneven: Float
+    targets: SourcePoints
+    occluders: Surroundings
+
+
+def build_scenery(elements: Elements, radiosity: Float, typical: float, occluders: Surroundings) -> Scenery:
+    """Cluster elements by where they are and how bright they may be.
+
+    Parameters
+    ----------
+    elements : Elements
+    radiosity : ndarray of shape (n, 3)
+        A guess [W/m^2].
+    typical : float
+        Irradiance that errors are judged by [W/m^2].
+    occluders : Surroundings
+
+    Returns
+    -------
+    Scenery
+    """
+    bright = radiosity.mean(axis=1) / typical
+    shade = np.clip(np.log2(np.maximum(bright, 2.0**_DARKEST)), _DARKEST, _BRIGHTEST)
+    sources = build_sources(elements.corners, elements.centre, elements.normal, elements.area, shade)
+    return _scenery(sources, elements, bright, occluders)
+
+
+def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float) -> Scenery:
+    """Return the same clusters under other light; parameters as for `build_scenery`."""
+    return _scenery(scenery.sources, elements, radiosity.mean(axis=1) / typical, scenery.occluders)
+
+
+def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Surroundings) -> Scenery:
+    targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
+    brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
+    return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
+
+
+def node_means(sources: Sources, area: Float, radiosity: Float) -> Float:
+    """Return the mean radiosity of every node, shape (m, k), from that of the elements, shape (n, k)."""
+    sums: Float = sources.tree.sums(area[:, None] * radiosity)
+    return sums / sources.area[:, None]
