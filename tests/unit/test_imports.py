@@ -39,7 +39,7 @@ def test_shipped_modules_import_each_other_relatively(path):
 @pytest.mark.parametrize("path", CORE, ids=relative)
 def test_core_needs_nothing_but_numpy(path):
     allowed = set(sys.stdlib_module_names) | {"numpy"}
-    if path.name == "visibility.py":
+    if path.name == "blender_tree.py":
         allowed.add("mathutils")  # inside functions: Blender's tree, where there is one
     assert names(path) <= allowed
 
