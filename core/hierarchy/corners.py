@@ -3,6 +3,7 @@
 
 from collections.abc import Generator
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,12 @@ from ..scene import BACK, Scene
 from ..shading import shown_normals, smooth_groups
 from .elements import Elements
 from .filter import ROUNDS, smoothed
+from .first_look import typical_irradiance
 from .glances import COVERED, Corners, Glance, glances, sparse_glances
-from .meetings import exchange, find_meetings
+from .meetings import at_edges, exchange, find_meetings
 from .quality import Quality
 from .receivers import DirectLight
+from .scenery import relit
 from .sights import NOTHING
 from .solve import Lit
 from .tree import Float, Int
@@ -126,11 +129,19 @@ def final_gather(
     links, rays : int
     """
     elements = lit.elements
+    # What shows of elements that something stands on is as bright as what is around them.
+    typical = typical_irradiance(elements, irradiance)
+    if typical > 0:
+        lit = replace(lit, scenery=relit(lit.scenery, elements, radiosity, typical))
     # Beside the radiosity what is emitted.
     shown = np.column_stack((radiosity, elements.emission))
     need = _need(corners, patches, elements, irradiance)
     few = len(corners.point) <= quality.corners
-    glance = yield from (glances if few else sparse_glances)(corners, lit, shown, need, quality, workers)
+    if few:
+        glance = yield from glances(corners, lit, shown, need, quality, workers)
+    else:
+        edge = at_edges(scene, corners)
+        glance = yield from sparse_glances(corners, lit, shown, need, quality, workers, edge)
     lamps = _straight(glance, corners, direct)
     light = lamps + smoothed(
         glance.others,

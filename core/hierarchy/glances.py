@@ -22,7 +22,7 @@ from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
 from .rows import BRIGHT, gather, stream_rows
 from .samples import Samples, choose_samples
 from .scenery import Scenery, node_means
-from .sights import NOTHING, Sights, joined, large_sights
+from .sights import Sights, joined, large_sights, of_all
 from .solve import Lit
 from .transport import parted
 from .tree import Float, Int
@@ -103,9 +103,21 @@ def glances(
 
 
 def sparse_glances(
-    corners: Corners, lit: Lit, shown: Float, need: Float, quality: Quality, workers: Executor
+    corners: Corners,
+    lit: Lit,
+    shown: Float,
+    need: Float,
+    quality: Quality,
+    workers: Executor,
+    edge: NDArray[np.bool_],
 ) -> Generator[Progress, None, Glance]:
-    """Let every corner look at the lamps, and some look at everything for the others; otherwise as `glances`."""
+    """Let every corner look at the lamps, and some look at everything for the others; otherwise as `glances`.
+
+    Parameters
+    ----------
+    edge : ndarray of shape (q,)
+        Corners at edges, where light changes fast: those look themselves, if they are not too many.
+    """
     bright, links, rays = yield from _lamps(corners, lit, quality.gather, workers)
     # What samples see of the lamps is not what their neighbours see: it is told apart.
     known = np.column_stack((shown, lit.lamp))
@@ -114,15 +126,16 @@ def sparse_glances(
     looking[samples.element] = True
     sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers)
     indirect = _without_lamps(sampled)
-    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, quality.corners)
+    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, edge, quality.corners)
+    sights = [of_all(sampled.sights, samples.element)]
     others = np.maximum(samples.spread(indirect), 0)
     covered = sampled.covered[samples.cluster]
     if len(closer):
         more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
         others[closer], covered[closer] = _without_lamps(more), more.covered
+        sights.append(of_all(more.sights, closer))
         links, rays = links + more.links, rays + more.rays
-    # Who meets whom is not told: most corners have not looked, and on a mesh so fine light changes little in a face.
-    return Glance(bright, others, covered, NOTHING, links + sampled.links, rays + sampled.rays)
+    return Glance(bright, others, covered, joined(sights), links + sampled.links, rays + sampled.rays)
 
 
 def _without_lamps(glance: Glance) -> Float:
@@ -147,15 +160,17 @@ def _samples(corners: Corners, lit: Lit, quality: Quality) -> Samples:
     return choose_samples(places, lit.scenery.occluders, quality.corners)
 
 
-def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], most: int) -> Int:
-    """Return the corners that have to look themselves: those where the samples around differ most, but not too many."""
+def _closer(
+    samples: Samples, light: Float, looking: NDArray[np.bool_], edge: NDArray[np.bool_], most: int
+) -> Int:
+    """Return the corners that have to look, but not too many: where samples around differ most, and at edges."""
     regions = len(samples.slope)
     low, high = np.full(regions, np.inf), np.zeros(regions)
     order = np.argsort(samples.region, kind="stable")
     begin = np.searchsorted(samples.region[order], np.arange(regions))
     low, high = np.minimum.reduceat(light[order], begin), np.maximum.reduceat(light[order], begin)
     differ = ((high - low) / np.maximum(high + low, 1e-300))[samples.region][samples.cluster]
-    torn = np.flatnonzero((differ > _DIFFER) & ~looking)
+    torn = np.flatnonzero(((differ > _DIFFER) | edge) & ~looking)
     return np.sort(torn[np.argsort(-differ[torn], kind="stable")[:most]])
 
 

@@ -137,7 +137,10 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
     facing = sources.area[s] * _rather(before, aside) / length
     shown = np.where(flat, facing, shown_area(sources, s, -to / length[:, None]))
     form_factor = shown * np.minimum(above / length, 1) / np.maximum(np.pi * distance * distance + shown, 1e-300)
-    near = np.maximum(length - spread, 1e-3 * sources.radius[s] + 1e-300)
+    # A node of no compact shape, such as all that something stands on, is as near as its nearest end.
+    gap = np.maximum(np.abs(apart) - half, 0)
+    reached = np.minimum(length, np.sqrt((gap * gap).sum(axis=1)) + sources.radius[s])
+    near = np.maximum(reached - spread, 1e-3 * sources.radius[s] + 1e-300)
     return seen, form_factor, sources.radius[s] / near
 
 

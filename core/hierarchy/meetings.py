@@ -9,6 +9,7 @@ its own corner at that place, or where it has none from a point put beside; all 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..scene import Scene
@@ -54,15 +55,41 @@ class Neighbours:
         return known
 
 
+def places(scene: Scene, corners: Corners) -> tuple[Int, Int]:
+    """Return numbers for the places where corners of a mesh are, whatever vertices they belong to.
+
+    Parameters
+    ----------
+    scene : Scene
+    corners : Corners
+        Its receivers.
+
+    Returns
+    -------
+    of_corner : ndarray of shape (c,)
+        Place of each of the scene's corners.
+    of_receiver : ndarray of shape (q,)
+    """
+    _, place = np.unique(scene.vertices, axis=0, return_inverse=True)
+    of_corner = place.ravel()[scene.corner_vertex]
+    of_receiver = np.zeros(len(corners.point), np.int64)
+    of_receiver[corners.group] = of_corner
+    return of_corner, of_receiver
+
+
+def at_edges(scene: Scene, corners: Corners) -> NDArray[np.bool_]:
+    """Return which receivers share their place with another surface's, shape (q,); parameters as for `places`."""
+    _, place = places(scene, corners)
+    edge: NDArray[np.bool_] = np.bincount(place)[place] > 1
+    return edge
+
+
 def neighbours(scene: Scene, corners: Corners, patches: Patches) -> Neighbours:
     """Find out which corners of a mesh are at the same place; parameters as for `find_meetings`."""
-    _, place = np.unique(scene.vertices, axis=0, return_inverse=True)
-    at = place.ravel()[scene.corner_vertex]
-    of_receiver = np.zeros(len(corners.point), np.int64)
-    of_receiver[corners.group] = at
+    at, place = places(scene, corners)
     key = at[patches.touch_corner] * len(patches.area) + patches.touch_patch
     order = np.argsort(key, kind="stable")
-    return Neighbours(of_receiver, key[order], corners.group[patches.touch_corner[order]], len(patches.area))
+    return Neighbours(place, key[order], corners.group[patches.touch_corner[order]], len(patches.area))
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,6 +47,11 @@ def joined(parts: Sequence[Sights]) -> Sights:
     return Sights(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Sights)))
 
 
+def of_all(sights: Sights, which: Int) -> Sights:
+    """Return sights of some receivers as sights among all of them, of which they are `which`."""
+    return Sights(which[sights.receiver], sights.element, sights.weight)
+
+
 def large_sights(rows: Rows, receivers: Receivers, tree: Tree) -> Sights:
     """Return the links of rows that fill much of what a receiver sees with a single element.
 
