@@ -83,6 +83,7 @@ def as_blockers(occluding: Occluding) -> Blockers:
     normals = np.concatenate((normal[:, None], inward / np.where(width > 0, width, 1.0)), axis=1)
     offset = -(normals * np.concatenate((outline[:, :1], outline), axis=1)).sum(axis=2)
     margin = MARGIN * occluding.diagonal + np.broadcast_to(occluding.slack, len(real))[real]
+    margin = margin + MARGIN * occluding.diagonal * occluding.core.away(outline[:, :3])
     return Blockers(outline, edges, np.concatenate((normals, offset[..., None]), axis=2), margin)
 
 

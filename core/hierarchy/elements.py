@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..meshing import Patches
+from ..occlusion.core_part import core_part
 from ..visibility import Occluders
 from .kernels import far_form_factors, near_form_factors
 from .links import find_links
@@ -72,7 +73,7 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
     tolerance : float
         Power that a single element may misplace, as a share of all emitted power.
     size : float
-        Side of the largest square element, as a share of the scene's diagonal.
+        Side of the largest square element, as a share of the diagonal of the scene's core, and of the way to it.
 
     Returns
     -------
@@ -85,10 +86,11 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
     done = []
     corners, room = patches.corners, _MOST * len(patch)
     reflected = patches.reflectance.mean(axis=1)
-    largest = (size * float(np.sqrt((np.ptp(corners.reshape(-1, 3), axis=0) ** 2).sum()))) ** 2
+    core = core_part(corners.min(axis=1), corners.max(axis=1))
     for depth in range(_DEEPEST + 1):
         area = patches.area[patch] / 4**depth
-        urgency = area / largest
+        # What is far away may be as much larger.
+        urgency = area / (size * core.size * (1.0 + core.away(corners))) ** 2
         if len(patch) and power > 0:
             misplaced = 3 * reflected[patch] * _spread(corners, patches, lit) * area
             urgency = np.maximum(urgency, misplaced / (tolerance * power))

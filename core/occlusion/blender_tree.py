@@ -36,11 +36,14 @@ class BVHOccluders:
 
         points = occluding.vertices
         # The tree works in single precision, which wants the scene at the origin and of the size of one.
-        self._size = occluding.diagonal
-        self._centre = 0.5 * (points.min(axis=0) + points.max(axis=0)) if len(points) else np.zeros(3)
+        self._core = occluding.core
+        self._size, self._centre = self._core.size, self._core.centre
         self._face = occluding.triangle_face
         self._margin = MARGIN + np.broadcast_to(occluding.slack, len(self._face)) / self._size
+        self._margin = self._margin + MARGIN * self._core.away(points[occluding.triangles])
         corners = self._local(points)[occluding.triangles]
+        # Nothing is farther from the middle.
+        self._reach = max(1.0, float(np.max(np.linalg.norm(corners, axis=2), initial=0.0)))
         self._start = corners[:, 0]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         self._normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
@@ -51,6 +54,16 @@ class BVHOccluders:
 
     def blocked(self, origins: Floats, targets: Floats) -> Bools:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
+        if self._core.whole:
+            return self._crossed(origins, targets)
+        # Single precision is as fine as what is far away is far.
+        begin, end, owner = self._core.cut(origins, targets)
+        result = np.zeros(len(origins), dtype=bool)
+        result[owner[self._crossed(begin, end)]] = True
+        return result
+
+    def _crossed(self, origins: Floats, targets: Floats) -> Bools:
+        """Return which segments are blocked, as they are."""
         start, end = self._local(origins), self._local(targets)
         length = np.linalg.norm(end - start, axis=1)
         way = (end - start) / np.maximum(length, 1e-30)[:, None]
@@ -61,8 +74,7 @@ class BVHOccluders:
         """Return face, distance and side of what rays hit first; see `BruteForceOccluders.nearest`."""
         start = self._local(origins)
         way = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        # Nothing is farther from the middle of the scene than half its diagonal.
-        triangle, distance = self._first(start, way, np.linalg.norm(start, axis=1) + 1.0, (start,))
+        triangle, distance = self._first(start, way, np.linalg.norm(start, axis=1) + self._reach, (start,))
         hit = np.flatnonzero(triangle >= 0)
         face, front = np.full(len(origins), -1), np.zeros(len(origins), dtype=bool)
         face[hit] = self._face[triangle[hit]]

@@ -30,6 +30,9 @@ class BruteForceOccluders:
     def __init__(self, occluding: Occluding, *, margin: float = MARGIN, growth: float = GROWTH) -> None:
         self._face = occluding.triangle_face
         self._margin = margin * occluding.diagonal + np.broadcast_to(occluding.slack, len(self._face))
+        self._margin = self._margin + margin * occluding.diagonal * occluding.core.away(
+            occluding.vertices[occluding.triangles]
+        )
         self._growth = growth * occluding.diagonal
         self._corners = occluding.vertices[occluding.triangles]
         a, b, c = (self._corners[:, k] for k in range(3))

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# Lengths are shares of the scene's diagonal. Blender's single precision is off by 1e-7 of it.
+# Lengths are shares of the diagonal of the scene's core. Blender's single precision is off by 1e-7 of it.
 COPLANAR = 3e-7  # faces this near to one plane are joined
 STRAIGHT = 2e-7  # a border's corner this near to the line between its neighbours does not bend it
 WELD = 1e-7  # corners this near to each other are one

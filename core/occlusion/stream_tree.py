@@ -152,7 +152,7 @@ def planted(corners: Floats, margin: Floats) -> Tree | None:
     ends = np.concatenate([corners[first + 1, 2], half[len(first) :, 2]])[:, None]
     everything = np.concatenate([half, ends], axis=1)
     # Surfaces reach a little over their edges, and single precision has its own opinion.
-    pad = GROWTH + 1e-6
+    pad = GROWTH + 1e-6 * np.maximum(1.0, 2.0 * np.abs(everything).max(axis=(1, 2)))[:, None]
     low, high = everything.min(axis=1) - pad, everything.max(axis=1) + pad
     boxes = box_tree(low.astype(np.float32), high.astype(np.float32), TWIG)
     rows: Singles = np.ascontiguousarray(_edges(half, len(first))[boxes.order].transpose(1, 0, 2)).astype(np.float32)

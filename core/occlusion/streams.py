@@ -56,16 +56,27 @@ class StreamOccluders:
     def __init__(self, occluding: Occluding) -> None:
         points = occluding.vertices
         # Single precision wants the scene at the origin and of the size of one.
-        self._size = occluding.diagonal
-        self._centre = 0.5 * (points.min(axis=0) + points.max(axis=0)) if len(points) else np.zeros(3)
+        self._core = occluding.core
+        self._size, self._centre = self._core.size, self._core.centre
         corners = ((points - self._centre) / self._size)[occluding.triangles]
         margin = MARGIN + np.broadcast_to(occluding.slack, len(corners)) / self._size
+        margin = margin + MARGIN * self._core.away(points[occluding.triangles])
         self._walls, outer = _walls(corners, never_block(points, occluding.triangles, MARGIN * self._size))
         self._inner = planted(corners[~outer], margin[~outer])
         self._outer = planted(corners[outer], margin[outer])
 
     def blocked(self, origins: Floats, targets: Floats) -> Bools:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
+        if self._core.whole:
+            return self._crossed(origins, targets)
+        # Single precision is as fine as what is far away is far.
+        begin, end, owner = self._core.cut(origins, targets)
+        result = np.zeros(len(origins), dtype=bool)
+        result[owner[self._crossed(begin, end)]] = True
+        return result
+
+    def _crossed(self, origins: Floats, targets: Floats) -> Bools:
+        """Return which segments are blocked, as they are."""
         result = np.zeros(len(origins), dtype=bool)
         # What is level with a plane divides by nothing, but then it does not cross it.
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

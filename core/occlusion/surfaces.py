@@ -10,6 +10,7 @@ the patches that mesh them, so that what blocks is the surface that is lit.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..scene import BACK, Scene
 from ..triangulation import pieces
+from .core_part import CorePart, core_part
 from .joining import join
 
 if TYPE_CHECKING:
@@ -64,11 +66,20 @@ class Occluding:
     triangle_face: Ints
     slack: Floats | float = 0.0
 
+    @cached_property
+    def core(self) -> CorePart:
+        """Return the part of the scene that tolerances are shares of."""
+        corners = self.vertices[self.triangles]
+        part = core_part(corners.min(axis=1), corners.max(axis=1))
+        if not part.whole or not len(self.vertices):
+            return part
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        return CorePart(0.5 * (low + high), float(np.linalg.norm(high - low)) or 1.0, True)
+
     @property
     def diagonal(self) -> float:
-        """Return the diagonal of the bounding box [m]; 1 when there is nothing."""
-        span = np.ptp(self.vertices, axis=0) if len(self.vertices) else np.zeros(3)
-        return float(np.linalg.norm(span)) or 1.0
+        """Return the diagonal of the bounding box [m], of its core where other things are far larger; 1 for nothing."""
+        return self.core.size
 
 
 def occluder_polygons(scene: Scene, patches: Patches, blocking: Bools | None = None) -> Occluding:
@@ -91,6 +102,10 @@ def occluder_polygons(scene: Scene, patches: Patches, blocking: Bools | None = N
     blocking = scene.occludes if blocking is None else blocking
     used = scene.vertices[scene.corner_vertex]
     diagonal = float(np.linalg.norm(np.ptp(used, axis=0))) if len(used) else 1.0
+    if len(used):
+        first = scene.face_start[:-1]
+        core = core_part(np.minimum.reduceat(used, first, axis=0), np.maximum.reduceat(used, first, axis=0))
+        diagonal = diagonal if core.whole else core.size
     flat = scene.live & blocking & (_off_plane(scene) <= PLANAR * diagonal)
     joined = join(scene, flat, diagonal)
     whole = pieces(scene)
