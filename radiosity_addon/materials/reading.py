@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from ...core.mending import BRIGHTEST
 from .images import Images
 from .network import Network, Place, Unreadable, Varies
 from .nodes import read_output
@@ -125,6 +126,8 @@ def _read(material: bpy.types.Material | None, network: Network) -> Surface:
             raise Unreadable("a network of very many nodes") from error
     if (reflectance < 0.0).any() or (radiance < 0.0).any():
         network.note("a negative color or strength counts as 0")
+    if not (np.isfinite(reflectance).all() and np.isfinite(radiance).all()):
+        network.note("a color or strength that is not a finite number counts as 0")
     # A surface of radiance L has the exitance pi L.
     return Surface(
         _clean(reflectance),
@@ -135,7 +138,8 @@ def _read(material: bpy.types.Material | None, network: Network) -> Surface:
 
 def _clean(values: Array) -> Array:
     """Return values that light can have."""
-    return np.nan_to_num(values, posinf=0.0).clip(0.0)
+    # What single precision cannot multiply any more would end as infinite in paint.
+    return np.nan_to_num(values, posinf=0.0, neginf=0.0).clip(0.0, BRIGHTEST / np.pi)
 
 
 def uses_nodes(material: bpy.types.Material) -> bool:

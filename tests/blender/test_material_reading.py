@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.blender.building import add_mesh, node_material
+from tests.blender.building import add_mesh, add_shader, add_square, colors, node_material
 
 SIZE = 12
 
@@ -513,3 +513,24 @@ def test_paint_follows_objects_that_are_moved_and_mirrored(extension, blender, s
     known, reflected, _ = surfaces.paint.means(quads, surfaces.corner_face[face])
     assert known.all()
     np.testing.assert_allclose(reflected, surfaces.reflectance[surfaces.corner_face[face]], atol=0.02)
+
+
+def test_pixels_that_are_no_numbers_or_too_bright_do_no_harm(scene):
+    import bpy
+
+    image = bpy.data.images.new("Hot", 4, 4, float_buffer=True, is_data=True)
+    pixels = np.full((4, 4, 4), 0.5, np.float32)
+    pixels[0, :, 0] = (np.nan, np.inf, -np.inf, -3.0)
+    pixels[1, :, 1] = 1e38
+    image.pixels.foreach_set(pixels.ravel())
+    material, output = node_material("Hot")
+    shader = add_shader(material, 'ShaderNodeBsdfPrincipled', output.inputs["Surface"], Emission_Strength=100.0)
+    texture = material.node_tree.nodes.new('ShaderNodeTexImage')
+    texture.image = image
+    for socket in ("Base Color", "Emission Color"):
+        material.node_tree.links.new(texture.outputs["Color"], shader.inputs[socket])
+    square = add_square(scene, material=material)
+    square.data.uv_layers.new(name="UVMap")
+    assert bpy.ops.radiosity.bake() == {'FINISHED'}
+    assert np.isfinite(colors(square.data)).all()
+    assert colors(square.data).max() > 1.0
