@@ -12,6 +12,7 @@ from ..meshing import Patches
 from ..progress import Progress
 from ..scene import BACK, Scene
 from ..shading import shown_normals, smooth_groups
+from ..visibility import Occluders
 from .elements import Elements
 from .filter import ROUNDS, smoothed
 from .first_look import typical_irradiance
@@ -142,16 +143,17 @@ def final_gather(
     else:
         edge = at_edges(scene, corners)
         glance = yield from sparse_glances(corners, lit, shown, need, quality, workers, edge)
+    covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     lamps = _straight(glance, corners, direct)
     light = lamps + smoothed(
         glance.others,
         (lamps + glance.others)[:, :3],
         scene,
         corners.group,
-        glance.covered,
+        covered,
         ROUNDS if few else _SPARSE_ROUNDS,
     )
-    _uncover(light, glance.covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
+    _uncover(light, covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
     meetings = find_meetings(glance.sights, scene, corners, elements, patches)
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
     if len(meetings.owner):
@@ -160,6 +162,30 @@ def final_gather(
         links, rays, seen = links + beside.links, rays + beside.rays, beside.sights
     light[:, :3] = exchange(light[:, :3], meetings, aside, seen, elements, radiosity)
     return light[:, :3], light[:, 3:], links, rays
+
+
+def _cut_off(scene: Scene, corners: Corners, alone: NDArray[np.bool_], occluders: Occluders) -> NDArray[np.bool_]:
+    """Return which of some receivers other geometry parts from a face of theirs, shape (q,).
+
+    A corner that reaches out of a room through its floor sees nothing out there; what shows of its face is inside.
+    """
+    cut = np.zeros(len(alone), dtype=np.bool_)
+    if not alone.any():
+        return cut
+    corner = np.flatnonzero(alone[corners.group])
+    face, group = scene.corner_face[corner], corners.group[corner]
+    faces, which = np.unique(face, return_inverse=True)
+    size = np.diff(scene.face_start)[faces]
+    every = np.repeat(scene.face_start[faces] - np.cumsum(size) + size, size) + np.arange(size.sum())
+    position = scene.vertices[scene.corner_vertex[every]]
+    owner = np.repeat(np.arange(len(faces)), size)
+    middle = np.stack([np.bincount(owner, axis) for axis in position.T], axis=1) / size[:, None]
+    # As high over the face there as the receiver is.
+    shown = scene.face_normal[face] * np.where(scene.sides[face] == BACK, -1, 1)[:, None]
+    end = middle[which.reshape(-1)]
+    end = end + ((corners.point[group] - end) * shown).sum(axis=1)[:, None] * shown
+    cut[group[occluders.blocked(corners.point[group], end)]] = True
+    return cut
 
 
 def _straight(glance: Glance, corners: Corners, direct: DirectLight | None) -> Float:

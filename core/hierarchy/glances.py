@@ -61,6 +61,8 @@ class Glance:
         Irradiance from bright clusters, and from the others: all of it, and what is emitted [W/m^2].
     covered : ndarray of shape (q,)
         Receivers inside or under other geometry.
+    alone : ndarray of shape (q,)
+        Receivers that see next to nothing, those that are covered included.
     sights : Sights
         What fills much of what a receiver sees.
     links, rays : int
@@ -69,6 +71,7 @@ class Glance:
     bright: Float
     others: Float
     covered: NDArray[np.bool_]
+    alone: NDArray[np.bool_]
     sights: Sights
     links: int
     rays: int
@@ -129,13 +132,13 @@ def sparse_glances(
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, edge, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
     others = np.maximum(samples.spread(indirect), 0)
-    covered = sampled.covered[samples.cluster]
+    covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     if len(closer):
         more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
-        others[closer], covered[closer] = _without_lamps(more), more.covered
+        others[closer], covered[closer], alone[closer] = _without_lamps(more), more.covered, more.alone
         sights.append(of_all(more.sights, closer))
         links, rays = links + more.links, rays + more.rays
-    return Glance(bright, others, covered, joined(sights), links + sampled.links, rays + sampled.rays)
+    return Glance(bright, others, covered, alone, joined(sights), links + sampled.links, rays + sampled.rays)
 
 
 def _without_lamps(glance: Glance) -> Float:
@@ -215,10 +218,11 @@ def _glance(
     bright, others = np.zeros((count, width)), np.zeros((count, width))
     bright[receivers.index] = scale * gathered[:, :width]
     others[receivers.index] = scale * closure[:, None] * gathered[:, width:]
-    covered = np.zeros(count, bool)
+    covered, alone = np.zeros(count, bool), np.zeros(count, bool)
     dark = receivers.index[sums[:, 0] + closure * sums[:, 1] < COVERED]
     covered[dark] = points_shut_in(point[dark], normal[dark], elements.corners, scenery.occluders)
-    return Glance(bright, others, covered, joined(sights), links, rays)
+    alone[dark] = True
+    return Glance(bright, others, covered, alone, joined(sights), links, rays)
 
 
 def _shut(receivers: Receivers, scenery: Scenery, elements: Elements) -> NDArray[np.bool_]:

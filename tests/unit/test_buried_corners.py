@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Corners inside of other geometry: neither black, nor lit from the room next door."""
+
+import numpy as np
+import pytest
+
+from core.scene import AUTO, Scene
+
+DOWN = np.array([(0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0)], float)
+
+
+def baked(light, things, lamp):
+    """Return the light at the corners of the last thing and their places; a lamp of 0.4 m hangs at `lamp`."""
+    polygons = [face for thing in things for face in thing]
+    of = np.repeat(np.arange(len(things)), [len(thing) for thing in things])
+    polygons, of = [*polygons, 0.4 * DOWN + lamp], np.append(of, len(things))
+    emission = np.zeros((len(polygons), 3))
+    emission[-1] = 10.0
+    scene = Scene.from_polygons(
+        polygons,
+        0.5,
+        emission,
+        sides=np.full(len(of), AUTO),
+        face_object=of,
+        object_names=[f"Thing {index}" for index in range(len(things))] + ["Lamp"],
+    )
+    result = light(scene, "hierarchical", quality="preview", max_edge=0.5)
+    mine = scene.face_object[scene.corner_face] == len(things) - 1
+    return result.corner_radiance[mine, 0], scene.vertices[scene.corner_vertex[mine]]
+
+
+@pytest.mark.parametrize("depth", [0.001, 0.05])
+def test_a_box_that_is_sunk_into_the_floor(box, light, depth):
+    def walls(bottom):
+        # Without lid and bottom, whose corners are not of the walls.
+        return box((0.5, 0.5, 0.6 - bottom), (0.75, 0.75, bottom), inward=False)[2:]
+
+    lamp = (0.8, 0.8, 1.8)
+    standing, places = baked(light, [box((2, 2, 2)), walls(0.0)], lamp)
+    sunk, _ = baked(light, [box((2, 2, 2)), walls(-depth)], lamp)
+    low = places[:, 2] < 0.1
+    assert standing[low].min() > 0.01
+    # What is below the floor shows what stands on it: some light of the walls, at least half of what is right there.
+    assert np.all(sunk[low] > 0.5 * standing[low])
+    assert np.all(sunk[low] < 2.0 * standing[~low].max())
+
+
+def test_a_column_through_a_ceiling(box, light):
+    """Two storeys with a slab of 20 cm between them, in which the column ends that stands below."""
+    storeys = [box((2, 2, 1)), box((2, 2, 1), (0, 0, 1.2))]
+    column = box((0.2, 0.2, 1.15), (0.9, 0.9, -0.05), inward=False)[2:]
+    below, _ = baked(light, [*storeys, column], (0.2, 0.8, 0.9))
+    above, _ = baked(light, [*storeys, column], (0.2, 0.8, 2.1))
+    assert below.min() > 0.1 * below.mean() > 0.0
+    assert above.max() == 0.0
