@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from ..lighting.lamps import SkyLamp, scene_reach
 from ..meshing import Patches
+from ..occlusion.core_part import core_part
 from ..occlusion.surfaces import MARGIN
 from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, FloatArray, IntArray, Scene
 from ..visibility import Surroundings, sky_occluders
@@ -285,7 +286,8 @@ class _Surface:
         self._corners = patches.corners[patch]
         self._normal = patches.normal[patch] * turned[order, None]
         self._below = np.append(0.0, np.cumsum(patches.area[patch]))
-        size = np.linalg.norm(np.ptp(patches.corners, axis=(0, 1))) if len(patches.face) else 0.0
+        low, high = patches.corners.min(axis=1), patches.corners.max(axis=1)
+        size = core_part(low, high).size if len(low) else 0.0
         self._lift = np.minimum(_MARGINS * MARGIN * size, _NEAR * np.sqrt(patches.area[patch]))
 
     def draw(self, nodes: IntArray, each: int, rng: Generator) -> _Points:
