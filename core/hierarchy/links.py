@@ -131,7 +131,7 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
     front += aside + sources.cone[s] * reach
     seen = (height > 1e-7 * reach) & (front > 1e-7 * reach)
     # What a receiver that is placed rather well gets: bounds on all of them would be too large by far.
-    length = np.sqrt(dots(to, to)) + 1e-300
+    length = np.maximum(np.sqrt(dots(to, to)), 1e-9 * sources.radius[s] + 1e-300)
     distance = np.maximum(length - spread, _WITHIN * length)
     above = _rather(dots(axis, to), sources.radius[s] + receivers.depth[g] + receivers.cone[g] * length)
     facing = sources.area[s] * _rather(before, aside) / length
