@@ -136,7 +136,7 @@ def final_gather(
         lit = replace(lit, scenery=relit(lit.scenery, elements, radiosity, typical))
     # Beside the radiosity what is emitted.
     shown = np.column_stack((radiosity, elements.emission))
-    need = _need(corners, patches, elements, irradiance)
+    need = _need(corners, patches, elements, irradiance, lit.transport.row_sums())
     few = len(corners.point) <= quality.corners
     if few:
         glance = yield from glances(corners, lit, shown, need, quality, workers)
@@ -195,10 +195,10 @@ def _straight(glance: Glance, corners: Corners, direct: DirectLight | None) -> F
     return glance.bright + np.tile(direct(corners.point, corners.normal), 2)
 
 
-def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float) -> Float:
+def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float, seen: Float) -> Float:
     """Return how many times as much an error counts at each corner as where light is typical: more where it is dark."""
     A, H = elements.area, irradiance.mean(axis=1)
-    typical = float(A @ H / A.sum())
+    typical = typical_irradiance(elements, irradiance, seen)
     of_patch = np.bincount(elements.patch, A * H, len(patches.area)) / np.bincount(elements.patch, A, len(patches.area))
     at = corners.group[patches.touch_corner]
     count = np.bincount(at, minlength=len(corners.point))

@@ -123,6 +123,22 @@ def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float,
     return E + rho * (first + ambient), typical_irradiance(elements, first + ambient) or look.typical
 
 
-def typical_irradiance(elements: Elements, irradiance: Float) -> float:
-    """Return the irradiance that errors are judged by: the mean over all area and channels [W/m^2]."""
-    return float(elements.area @ irradiance.mean(axis=1) / elements.area.sum())
+def typical_irradiance(elements: Elements, irradiance: Float, seen: Float | None = None) -> float:
+    """Return the irradiance that errors are judged by: the mean over area and channels [W/m^2].
+
+    Parameters
+    ----------
+    elements : Elements
+    irradiance : ndarray of shape (n, 3)
+        What arrives at them [W/m^2].
+    seen : ndarray of shape (n,), optional
+        Share of its view that other elements fill for each: its row sum. A roof in the sun that sees nothing but the
+        sky has no light of others to err in, and would only make dim rooms look as if they did not matter.
+
+    Returns
+    -------
+    float
+    """
+    weight = elements.area if seen is None else elements.area * seen
+    total = float(weight.sum())
+    return float(weight @ irradiance.mean(axis=1)) / total if total > 0 else 0.0

@@ -156,7 +156,7 @@ def refine(lit: Lit, patches: Patches, detail: Detail, workers: Executor) -> Gen
         How many groups of elements were linked anew.
     """
     transport, elements = lit.transport, lit.elements
-    typical = typical_irradiance(elements, lit.solution.irradiance)
+    typical = typical_irradiance(elements, lit.solution.irradiance, lit.transport.row_sums())
     if typical <= 0:
         return lit, 0
     scenery = relit(lit.scenery, elements, lit.solution.radiosity, typical)

@@ -116,15 +116,15 @@ def solve(
     scenery = build_scenery(elements, guess, typical, occluders)
     some = choose_samples(elements, occluders, _FEW)
     steps = _bounces(some, scenery, look, H0, guess, _COARSE, workers, iterations, _COARSELY)
-    _, rough = yield from _renamed(steps, FIRST_LOOK)
-    typical = typical_irradiance(elements, rough.irradiance) or typical
+    roughly, rough = yield from _renamed(steps, FIRST_LOOK)
+    typical = typical_irradiance(elements, rough.irradiance, roughly.row_sums()) or typical
     scenery = build_scenery(elements, rough.radiosity, typical, occluders)
     yield Progress(LINKS, 0.0)
     samples = choose_samples(elements, occluders, quality.samples)
     transport, solution = yield from _bounces(
         samples, scenery, look, H0, rough.radiosity, quality.solve, workers, iterations, tolerance
     )
-    typical = typical_irradiance(elements, solution.irradiance) or typical
+    typical = typical_irradiance(elements, solution.irradiance, transport.row_sums()) or typical
     scenery = relit(scenery, elements, solution.radiosity, typical)
     straight = look.irradiance(transport.sums)
     rays = look.rays + transport.rays

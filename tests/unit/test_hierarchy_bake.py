@@ -9,6 +9,7 @@ import pytest
 from core.bake import bake
 from core.errors import RadiosityError
 from core.hierarchy.corners import corner_receivers
+from core.lighting.round_lamps import SunLamp
 from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings
@@ -189,3 +190,18 @@ def test_corners_of_hollow_surfaces_do_not_lie_behind_them():
     assert above.sum(axis=1).min() > -1e-12
     radiance = lit(scene).corner_radiance[:-4, 0]
     assert radiance.min() > 0.5 * np.median(radiance)
+
+
+def test_a_roof_in_the_sun_does_not_make_the_rooms_below_look_unimportant(box):
+    # A lamp under the ceiling lights a block; what the sun does to a roof that sees nothing of the room is bright only.
+    room = [*box(), *box((0.25, 0.5, 0.25), (0.25, 0.25, 0.0), inward=False)]
+    roof = np.array([(-2, -2, 2), (3, -2, 2), (3, 3, 2), (-2, 3, 2)], float)
+    emission = np.zeros((len(room) + 1, 3))
+    emission[1] = 1
+    divisions = np.full(len(room) + 1, 4)
+    alone = Scene.from_polygons(room, 0.5, emission[:-1], divisions=divisions[:-1])
+    sun = SunLamp("Sun", np.full(3, 1000.0), np.array((0.0, 0.0, 1.0)), 0.0)
+    below = Scene.from_polygons([*room, roof], 0.5, emission, divisions=divisions, lamps=(sun,))
+    expected, found = surfaces(lit(alone)), surfaces(lit(below))
+    assert found[-1] == pytest.approx(500, rel=1e-3)
+    assert found[:-1] == pytest.approx(expected, rel=0.02)
