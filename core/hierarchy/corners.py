@@ -131,12 +131,13 @@ def final_gather(
     """
     elements = lit.elements
     # What shows of elements that something stands on is as bright as what is around them.
-    typical = typical_irradiance(elements, irradiance)
+    sums = lit.transport.row_sums()
+    typical = typical_irradiance(elements, irradiance, sums)
     if typical > 0:
         lit = replace(lit, scenery=relit(lit.scenery, elements, radiosity, typical))
     # Beside the radiosity what is emitted.
     shown = np.column_stack((radiosity, elements.emission))
-    need = _need(corners, patches, elements, irradiance, lit.transport.row_sums())
+    need = _need(corners, patches, elements, irradiance, sums)
     few = len(corners.point) <= quality.corners
     if few:
         glance = yield from glances(corners, lit, shown, need, quality, workers)
