@@ -19,6 +19,8 @@ from .tree import Float, Int
 
 # Receivers that one task computes, about: enough for NumPy to be busy, few enough to show progress and to be cancelled.
 TASK = 1024
+# ... and how many tasks a small scene is shared out among, at least.
+_TASKS = 8
 # Rows that add up to more than this are no error of a few rays.
 _FULL = 1.2
 # A wide node brings at most so many times what it would as a body of the area that it shows: a single ray that ends
@@ -143,7 +145,8 @@ def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, brig
 
 def tasks(receivers: Receivers) -> Iterator[Int]:
     """Yield the groups of receivers in parts that one task computes."""
-    step = max(1, TASK * len(receivers) // max(1, len(receivers.index)))
+    count = max(1, len(receivers.index))
+    step = max(1, int(np.clip(count // _TASKS, TASK // 8, TASK)) * len(receivers) // count)
     for first in range(0, len(receivers), step):
         yield np.arange(first, min(first + step, len(receivers)))
 
