@@ -32,6 +32,8 @@ class Progress:
         Unshot energy over emitted energy; NaN outside a solver.
     radiosity : ndarray of shape (n, 3) or None
         The solution so far, for display [W/m^2]; a solver's own array: read, do not write or keep.
+    memory : int
+        What the links of this stage will take, told before the first is kept; 0 when not known [bytes].
     """
 
     stage: str
@@ -40,6 +42,7 @@ class Progress:
     residual: float = float("nan")
     unshot: float = float("nan")
     radiosity: NDArray[np.float64] | None = None
+    memory: int = 0
 
 
 def exhaust(steps: Generator[Progress, None, T]) -> T:

@@ -168,7 +168,9 @@ def _follow(steps: Generator[Progress, None, SceneBake]) -> SceneBake:
             result: SceneBake = end.value
             return result
         now = time.monotonic()
-        if progress.stage != stage:
+        if progress.memory:
+            print(f"radiosity: {progress.stage} need {progress.memory / 2**20:.1f} MB", file=sys.stderr, flush=True)
+        elif progress.stage != stage:
             print(f"radiosity: {progress.stage}", file=sys.stderr, flush=True)
         elif now - told >= PROGRESS_EVERY:
             print(f"radiosity: {progress.stage} {progress.fraction:.0%}", file=sys.stderr, flush=True)

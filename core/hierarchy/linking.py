@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RadiosityError
-from ..memory import available_memory
 from ..progress import Progress
 from .elements import Elements
+from .foresight import links_memory, refuse_beyond_memory
 from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
@@ -58,10 +57,13 @@ def hierarchical_transport(
     Raises
     ------
     RadiosityError
-        When the links would not fit into memory.
+        When the links would not fit into memory: before the first, if that can be foreseen.
     """
     size = GROUP_SIZE if samples.single else SPARSE_SIZE
     receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element], size)
+    needed = links_memory(receivers, scenery, detail)
+    refuse_beyond_memory(needed)
+    yield Progress(STAGE, 0.0, memory=needed)
     rows: list[Rows] = []
     done = 0
     for part in stream_rows(receivers, scenery, detail, workers):
@@ -197,9 +199,4 @@ def closures(sums: Float, shut: NDArray[np.bool_]) -> Float:
 def check_memory(rows: list[Rows], share: float) -> None:
     """Refuse links that will not fit, judged by the share of them that is there."""
     held = sum(part.weight.nbytes + part.node.nbytes for part in rows)
-    missing, free = held * (1 / share - 1), available_memory()
-    if missing > free:
-        raise RadiosityError(
-            f"The links need {(held + missing) / 2**30:.1f} GiB of memory, and {(held + free) / 2**30:.1f} GiB are "
-            "free: take a lower quality, or larger patches"
-        )
+    refuse_beyond_memory(held / share, held)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core.errors import RadiosityError
-from core.hierarchy import linking as module
+from core.hierarchy import foresight as module
 from core.hierarchy.elements import centres, quarters, split_patches
 from core.hierarchy.linking import closures, hierarchical_transport
 from core.hierarchy.quality import QUALITIES

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Memory told in advance: what links will take, from those of a few groups, before any is kept."""
+
+import numpy as np
+
+from ..errors import RadiosityError
+from ..memory import available_memory
+from .links import find_links
+from .quality import Detail
+from .receivers import Receivers
+from .scenery import Scenery
+
+# Groups that tell what all will take: they differ by half, so that so many are an eighth off.
+_ASKED = 16
+# A link keeps its node, and one weight for each receiver of its group [bytes].
+_NODE, _WEIGHT = 8, 4
+
+
+def links_memory(receivers: Receivers, scenery: Scenery, detail: Detail) -> int:
+    """Estimate what the links of all groups will take, without a ray.
+
+    Parameters
+    ----------
+    receivers : Receivers
+    scenery : Scenery
+    detail : Detail
+
+    Returns
+    -------
+    int
+        Rather too much than too little: links that turn out to be behind a horizon are counted [bytes].
+    """
+    count = np.diff(receivers.first)
+    if not len(count):
+        return 0
+    # From the middle of as many equal parts of the list, which is sorted by place.
+    groups = np.unique(((np.arange(_ASKED) + 0.5) / _ASKED * len(count)).astype(np.int64))
+    links = find_links(
+        receivers,
+        groups,
+        scenery.sources,
+        scenery.brightness,
+        angle=detail.angle,
+        error=detail.error,
+        uneven=scenery.uneven,
+    )
+    held = _NODE * len(links.group) + _WEIGHT * int(count[links.group].sum())
+    return round(held * count.sum() / count[groups].sum())
+
+
+def refuse_beyond_memory(needed: float, held: float = 0) -> None:
+    """Refuse links that will not fit.
+
+    Parameters
+    ----------
+    needed : float
+        What all links will take [bytes].
+    held : float
+        What those that are there already take of it [bytes].
+
+    Raises
+    ------
+    RadiosityError
+        With both figures, and the ways out.
+    """
+    free = available_memory()
+    if needed - held > free:
+        raise RadiosityError(
+            f"The links need {needed / 2**30:.1f} GiB of memory, and {(held + free) / 2**30:.1f} GiB are "
+            "free: take a lower quality, or larger patches"
+        )
