@@ -15,6 +15,7 @@ from core.hierarchy.quality import QUALITIES
 from core.hierarchy.samples import choose_samples
 from core.hierarchy.scenery import build_scenery
 from core.meshing import mesh
+from core.progress import exhaust
 from core.rectangles import rectangles_to_scene
 from core.scene import Scene
 from core.scene_text import read_scene_text
@@ -54,19 +55,14 @@ def steps():
         yield start
 
 
-@pytest.mark.parametrize("name", ["thesis", "cornell", "smooth"])
+@pytest.mark.parametrize("name", ["thesis", "cornell", "furnished"])
 def test_memory_told_in_advance_is_near_what_is_taken(steps, name):
     making = steps(name)
     told = next(making).memory
-    while True:
-        try:
-            # Once, and not again.
-            assert not next(making).memory
-        except StopIteration as end:
-            rows = end.value.rows
-            break
-    assert told == pytest.approx(sum(part.weight.nbytes + part.node.nbytes for part in rows), rel=0.5)
-    assert told > sum(part.weight.nbytes + part.node.nbytes for part in rows) / 1.5
+    rows = exhaust(making).rows
+    taken = sum(part.weight.nbytes + part.node.nbytes for part in rows)
+    # Links that no light comes through are not foreseen.
+    assert 0.9 * taken < told < 2 * taken
 
 
 def test_what_will_not_fit_is_refused_before_any_link_is_made(steps, monkeypatch):

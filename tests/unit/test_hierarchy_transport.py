@@ -198,6 +198,7 @@ def test_closing_early_cancels_what_has_not_begun(furnished, monkeypatch):
     *_, elements, scenery, detail = prepared(furnished(8))
     workers = Never()
     steps = hierarchical_transport(elements, each(elements), scenery, detail, workers)
+    assert next(steps).memory > 0
     assert 0 < next(steps).fraction < 1
     waiting = workers.futures[1:]
     assert waiting and not any(future.cancelled() for future in waiting)
