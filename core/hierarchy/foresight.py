@@ -28,7 +28,8 @@ def links_memory(receivers: Receivers, scenery: Scenery, detail: Detail) -> int:
     Returns
     -------
     int
-        Rather too much than too little: links that no ray gets through are counted, on curved meshes about half [bytes].
+        Rather too much than too little: links that no ray gets through are counted, on curved meshes
+        about half [bytes].
     """
     count = np.diff(receivers.first)
     if not len(count):

@@ -48,7 +48,8 @@ def _draw(panel: Axes, shown: Sequence[Run], method: str) -> None:
     seconds, errors = np.array([[run.seconds, run.error_exposed] for run in shown]).T
     panel.loglog(seconds, errors, "o-", color=COLOURS[method], label=NAMES[method])
     for run in shown:
-        panel.annotate(run.setting, (run.seconds, run.error_exposed), textcoords="offset points", xytext=(5, 4), fontsize=7)
+        at = run.seconds, run.error_exposed
+        panel.annotate(run.setting, at, textcoords="offset points", xytext=(5, 4), fontsize=7)
     panel.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
     panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     panel.xaxis.set_minor_formatter(NullFormatter())
