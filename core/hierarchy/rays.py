@@ -19,7 +19,7 @@ _RIM = 2e-3
 # Cosine that counts as in the plane.
 _GRAZING = 1e-7
 # Rays that a link is tried with before it gets all it deserves.
-_TRIED = 4
+_TRIED = 8
 # Receivers within so many radii of an element see it unevenly.
 _CLOSE = 1.5
 # Rays that are prepared at a time: their temporaries stay in a core's second-level cache.
