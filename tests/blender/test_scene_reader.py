@@ -240,6 +240,22 @@ def test_a_loose_vertex_that_is_nowhere_does_not_matter(read, scene):
     assert len(found.vertices) == 4 and np.isclose(found.face_area[0], 1.0)
 
 
+def test_a_hundred_thousand_loose_edges_do_not_matter(read, scene):
+    wires = add_square(scene, "Wires").data
+    loose = 100_000
+    first = len(wires.vertices)
+    wires.vertices.add(2 * loose)
+    wires.edges.add(loose)
+    ends = np.concatenate((np.ravel(SQUARE), np.random.default_rng(0).random(6 * loose)))
+    wires.vertices.foreach_set("co", ends.astype(np.float32))
+    edges = np.zeros(2 * len(wires.edges), np.int32)
+    wires.edges.foreach_get("vertices", edges)
+    edges[-2 * loose :] = first + np.arange(2 * loose)
+    wires.edges.foreach_set("vertices", edges)
+    found = read().scene
+    assert len(found.vertices) == 4 and found.live.tolist() == [True]
+
+
 def test_a_scene_without_faces_is_an_error_that_says_what_to_add(read, error, scene):
     with pytest.raises(error, match="add a mesh"):
         read()
