@@ -119,6 +119,11 @@ def _places(scene: Scene) -> IntArray:
     return np.asarray(np.unique(key, return_inverse=True)[1]).reshape(-1)
 
 
+def shown_face_normals(scene: Scene) -> FloatArray:
+    """Return the unit normals of faces on the sides that they show, shape (f, 3): the back's where only that is lit."""
+    return np.where(scene.sides == BACK, -1.0, 1.0)[:, None] * scene.face_normal
+
+
 def shown_normals(scene: Scene) -> FloatArray:
     """Return the normals of corners on the sides that their faces show.
 
@@ -134,9 +139,7 @@ def shown_normals(scene: Scene) -> FloatArray:
         Unit normals; where one looks away from the side that is shown, it is turned round, since the normals of smooth
         surfaces are those of most faces, however the others are turned.
     """
-    face = scene.corner_face
-    shown = np.where(scene.sides == BACK, -1.0, 1.0)[:, None] * scene.face_normal
-    away = (scene.corner_normals * shown[face]).sum(axis=1) < 0.0
+    away = (scene.corner_normals * shown_face_normals(scene)[scene.corner_face]).sum(axis=1) < 0.0
     return np.where(away[:, None], -scene.corner_normals, scene.corner_normals)
 
 

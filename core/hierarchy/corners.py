@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..progress import Progress
-from ..scene import BACK, Scene
-from ..shading import shown_normals, smooth_groups
+from ..scene import Scene
+from ..shading import shown_face_normals, shown_normals, smooth_groups
 from ..visibility import Occluders
 from .elements import Elements
 from .filter import ROUNDS, smoothed
@@ -54,10 +54,8 @@ def corner_receivers(scene: Scene) -> Corners:
     group = smooth_groups(scene)
     count = np.bincount(group)
     position = scene.vertices[scene.corner_vertex]
-    first = scene.face_start[:-1]
-    size = np.maximum(np.diff(scene.face_start), 1)
-    middle = np.add.reduceat(position, first, axis=0) / size[:, None] if len(first) else np.zeros((0, 3))
-    into = np.stack([np.bincount(group, (middle[face] - position)[:, k]) for k in range(3)], axis=1) / count[:, None]
+    inwards = _middles(scene)[face] - position
+    into = np.stack([np.bincount(group, axis) for axis in inwards.T], axis=1) / count[:, None]
     leader = np.full(len(count), -1)
     leader[group[::-1]] = np.arange(len(group))[::-1]
     normal = shown_normals(scene)[leader]
@@ -69,13 +67,21 @@ def corner_receivers(scene: Scene) -> Corners:
     return Corners(point + _lift(scene, point, normal, group)[:, None] * normal, normal, group)
 
 
+def _middles(scene: Scene) -> Float:
+    """Return the mean of each face's corners, shape (f, 3) [m]."""
+    if not len(scene.face_normal):
+        return np.zeros((0, 3))
+    position = scene.vertices[scene.corner_vertex]
+    sums: Float = np.add.reduceat(position, scene.face_start[:-1], axis=0)
+    return sums / np.maximum(np.diff(scene.face_start), 1)[:, None]
+
+
 def _lift(scene: Scene, point: Float, normal: Float, group: Int) -> Float:
     """Return how far to raise receivers along their normals to stand above all of their own faces, shape (q,) [m].
 
     Where a smooth surface is hollow and its faces differ in size, the plane across the normal runs behind some of them.
     """
-    face = scene.corner_face
-    own = scene.face_normal[face] * np.where(scene.sides[face] == BACK, -1, 1)[:, None]
+    own = shown_face_normals(scene)[scene.corner_face]
     behind = -((point[group] - scene.vertices[scene.corner_vertex]) * own).sum(axis=1)
     needed = behind / np.maximum((normal[group] * own).sum(axis=1), _SLANTING)
     order = np.argsort(group, kind="stable")
@@ -131,13 +137,12 @@ def final_gather(
     """
     elements = lit.elements
     # What shows of elements that something stands on is as bright as what is around them.
-    sums = lit.transport.row_sums()
-    typical = typical_irradiance(elements, irradiance, sums)
+    typical = typical_irradiance(elements, irradiance, lit.transport.row_sums())
     if typical > 0:
         lit = replace(lit, scenery=relit(lit.scenery, elements, radiosity, typical))
     # Beside the radiosity what is emitted.
     shown = np.column_stack((radiosity, elements.emission))
-    need = _need(corners, patches, elements, irradiance, sums)
+    need = _need(corners, patches, elements, irradiance, typical)
     few = len(corners.point) <= quality.corners
     if few:
         glance = yield from glances(corners, lit, shown, need, quality, workers)
@@ -175,15 +180,8 @@ def _cut_off(scene: Scene, corners: Corners, alone: NDArray[np.bool_], occluders
         return cut
     corner = np.flatnonzero(alone[corners.group])
     face, group = scene.corner_face[corner], corners.group[corner]
-    faces, which = np.unique(face, return_inverse=True)
-    size = np.diff(scene.face_start)[faces]
-    every = np.repeat(scene.face_start[faces] - np.cumsum(size) + size, size) + np.arange(size.sum())
-    position = scene.vertices[scene.corner_vertex[every]]
-    owner = np.repeat(np.arange(len(faces)), size)
-    middle = np.stack([np.bincount(owner, axis) for axis in position.T], axis=1) / size[:, None]
     # As high over the face there as the receiver is.
-    shown = scene.face_normal[face] * np.where(scene.sides[face] == BACK, -1, 1)[:, None]
-    end = middle[which.reshape(-1)]
+    shown, end = shown_face_normals(scene)[face], _middles(scene)[face]
     end = end + ((corners.point[group] - end) * shown).sum(axis=1)[:, None] * shown
     cut[group[occluders.blocked(corners.point[group], end)]] = True
     return cut
@@ -196,10 +194,9 @@ def _straight(glance: Glance, corners: Corners, direct: DirectLight | None) -> F
     return glance.bright + np.tile(direct(corners.point, corners.normal), 2)
 
 
-def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float, seen: Float) -> Float:
+def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float, typical: float) -> Float:
     """Return how many times as much an error counts at each corner as where light is typical: more where it is dark."""
     A, H = elements.area, irradiance.mean(axis=1)
-    typical = typical_irradiance(elements, irradiance, seen)
     of_patch = np.bincount(elements.patch, A * H, len(patches.area)) / np.bincount(elements.patch, A, len(patches.area))
     at = corners.group[patches.touch_corner]
     count = np.bincount(at, minlength=len(corners.point))

@@ -12,6 +12,7 @@ from .nearness import nearest_points
 from .receivers import Receivers
 from .rows import Rows
 from .tree import Float, Int, Tree
+from .vectors import dots
 
 # What a receiver has to see of an element.
 _MUCH = 0.04
@@ -92,4 +93,4 @@ def beside(sights: Sights, point: Float, elements: Elements) -> Sights:
     """
     at, element = point[sights.receiver], sights.element
     apart = at - nearest_points(at, elements.corners[element], elements.normal[element])
-    return sights.pick((apart * apart).sum(axis=1) < _BESIDE**2 * elements.area[element])
+    return sights.pick(dots(apart, apart) < _BESIDE**2 * elements.area[element])
