@@ -27,8 +27,10 @@ from ..modes import leave_modes_with_own_undo
 from ..objects.remade import Remade, remake
 from ..objects.targets import Target
 from ..placement import place
+from ..wording import listed
 from .collection import COPY_OF, originals_shown, replace_copies
-from .finer_mesh import finer_mesh
+from .finer_mesh import finer_mesh, left_out
+from .look import carry_look
 from .parts import Part, split
 
 if TYPE_CHECKING:
@@ -174,15 +176,18 @@ def _copies(
     """Make the copies; whatever is made is added to `made`."""
     weight = corner_angles(plan.scene) if plan.destination.domain == 'POINT' else None
     parts = split(plan.targets, plan.read, plan.fine) if plan.fine is not None else _whole(plan.targets)
+    originals = {obj.name_full: obj for obj in bpy.data.objects}
     for one, part in zip(remade, parts, strict=True):
         target, mesh = one.target, one.mesh
         corner, corner_vertex = target.evaluated_corner, target.evaluated.corner_vertex
         if part is not None:
             mesh = finer_mesh(one.mesh, part, one.mesh.name)
             made.append(mesh)
+            notes += _losses(one.mesh, target)
             corner, corner_vertex = part.scene_corner, part.corner_vertex
         copy = bpy.data.objects.new(one.mesh.name, mesh)
         made.append(copy)
+        carry_look(copy, originals[target.object_name])
         copy[COPY_OF] = target.object_name
         notes += _make_room(copy, target, plan.destination.attribute)
         colors = corner_radiance[corner]
@@ -192,6 +197,15 @@ def _copies(
         loss.add(colors)
         place(copy, Matrix(one.matrix.tolist()))
         yield copy
+
+
+def _losses(mesh: bpy.types.Mesh, target: Target) -> list[str]:
+    """Tell what a copy that is cut finer does not have of its original."""
+    lost = sorted(left_out(mesh))
+    if not lost:
+        return []
+    what = "attribute {} is" if len(lost) == 1 else "attributes {} are"
+    return [f"Object '{target.name}': {what.format(listed(lost))} left out of its copy, as faces are cut and texts cannot be"]
 
 
 def _whole(targets: tuple[Target, ...]) -> Iterator[Part | None]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from .parts import Part
+from .parts import Part, mixed
+from .vertex_groups import group_names, with_groups
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,6 +34,7 @@ _CHOSEN = {
 }
 # The topology itself, and normals, which are set in their own way.
 _OWN = {"position", "custom_normal"}
+_DOMAINS = {'POINT', 'EDGE', 'FACE', 'CORNER'}
 
 
 def finer_mesh(base: bpy.types.Mesh, part: Part, name: str) -> bpy.types.Mesh:
@@ -50,12 +52,15 @@ def finer_mesh(base: bpy.types.Mesh, part: Part, name: str) -> bpy.types.Mesh:
     Returns
     -------
     bpy.types.Mesh
-        Numbers of attributes are interpolated; whole numbers, marks and turns are those of what is nearest. Texts are
-        left out, and so are vertices and edges without faces.
+        Numbers of attributes and weights of vertex groups are interpolated; whole numbers, marks and turns are those of
+        what is nearest. Vertices and edges without faces are left out, and so is what `left_out` tells.
     """
     mesh = bpy.data.meshes.new(name)
     try:
         _set_topology(mesh, base, part)
+        if group_names(base):
+            coarse, mesh = mesh, with_groups(base, mesh, part)
+            bpy.data.meshes.remove(coarse)
         for material in base.materials:
             mesh.materials.append(material)
         _carry_attributes(mesh, base, part)
@@ -66,13 +71,28 @@ def finer_mesh(base: bpy.types.Mesh, part: Part, name: str) -> bpy.types.Mesh:
     return mesh
 
 
+def left_out(base: bpy.types.Mesh) -> list[str]:
+    """Return the names of the attributes of a mesh that one cut finer does not get: texts, which cannot be mixed."""
+    known = _MIXED.keys() | _CHOSEN.keys()
+    return [
+        attribute.name
+        for attribute in base.attributes
+        if not _internal(attribute) and (attribute.data_type not in known or attribute.domain not in _DOMAINS)
+    ]
+
+
+def _internal(attribute: bpy.types.Attribute) -> bool:
+    """Tell whether an attribute is the topology itself, or what Blender keeps to itself: selection, what is hidden."""
+    return attribute.name in _OWN or (attribute.name.startswith(".") and attribute.name != ".uv_seam")
+
+
 def _set_topology(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> None:
     """Make the vertices, edges and faces."""
     position = _values(base.vertices, "co", 3, np.float32)
     mesh.vertices.add(len(part.vertex_source))
     mesh.loops.add(len(part.corner_vertex))
     mesh.polygons.add(len(part.face))
-    mesh.vertices.foreach_set("co", _mixed(position, part.vertex_source, part.vertex_weight).ravel())
+    mesh.vertices.foreach_set("co", mixed(position, part.vertex_source, part.vertex_weight).ravel())
     mesh.loops.foreach_set("vertex_index", part.corner_vertex.astype(np.int32))
     mesh.polygons.foreach_set("loop_start", part.face_start[:-1].astype(np.int32))
     mesh.update(calc_edges=True)
@@ -81,8 +101,7 @@ def _set_topology(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> Non
 def _carry_attributes(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> None:
     """Give the finer mesh the attributes of the coarse one, UV maps and materials of faces among them."""
     for known in list(base.attributes):
-        # A point before the name says that Blender keeps it to itself: topology, selection, what is hidden.
-        if known.name in _OWN or (known.name.startswith(".") and known.name != ".uv_seam"):
+        if _internal(known):
             continue
         if known.data_type in _MIXED:
             prop, width = _MIXED[known.data_type]
@@ -121,7 +140,7 @@ def _finer(
     else:
         return None
     if mixes:
-        return _mixed(values, source, weight)
+        return mixed(values, source, weight)
     return values[np.take_along_axis(source, np.argmax(weight, axis=1)[:, None], axis=1)[:, 0]]
 
 
@@ -143,16 +162,9 @@ def _carry_normals(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> No
     """Shade the finer mesh as the coarse one is shaded, whose faces it follows."""
     if base.normals_domain == 'FACE':
         return
-    normals = _mixed(_values(base.corner_normals, "vector", 3, np.float32), part.corner_source, part.corner_weight)
+    normals = mixed(_values(base.corner_normals, "vector", 3, np.float32), part.corner_source, part.corner_weight)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     mesh.normals_split_custom_set(normals / np.where(length > 0.0, length, 1.0))
-
-
-def _mixed(values: NDArray[np.generic], source: NDArray[np.int64], weight: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return weighted sums; what counts whole stays as it is, bit for bit."""
-    rows = values.reshape(len(values), -1).astype(np.float64)
-    first = rows[source[:, 0]]
-    return first + np.einsum("nk,nkx->nx", weight, rows[source] - first[:, None])
 
 
 def _values(items: bpy.types.bpy_prop_collection, prop: str, width: int, kind: type) -> NDArray[np.generic]:

@@ -137,3 +137,22 @@ def _without_repeats(
     left = np.bincount(owner[keep], minlength=len(size))
     keep &= (left >= 3)[owner]
     return corner[keep], np.concatenate(([0], np.cumsum(left[left >= 3]))), face[left >= 3]
+
+
+def mixed(values: NDArray[np.generic], source: IntArray, weight: FloatArray) -> FloatArray:
+    """Return weighted sums of rows; what counts whole stays as it is, bit for bit.
+
+    Parameters
+    ----------
+    values : ndarray of shape (m, ...)
+        Of the corners or vertices of a mesh.
+    source, weight : ndarray of shape (n, 4)
+        Which of them, and how much each counts, as `Part` has it.
+
+    Returns
+    -------
+    ndarray of shape (n, k)
+    """
+    rows = values.reshape(len(values), -1).astype(np.float64)
+    first = rows[source[:, 0]]
+    return first + np.einsum("nk,nkx->nx", weight, rows[source] - first[:, None])
