@@ -205,7 +205,8 @@ def _losses(mesh: bpy.types.Mesh, target: Target) -> list[str]:
     if not lost:
         return []
     what = "attribute {} is" if len(lost) == 1 else "attributes {} are"
-    return [f"Object '{target.name}': {what.format(listed(lost))} left out of its copy, as faces are cut and texts cannot be"]
+    what = what.format(listed(lost))
+    return [f"Object '{target.name}': {what} left out of its copy, as faces are cut and texts cannot be"]
 
 
 def _whole(targets: tuple[Target, ...]) -> Iterator[Part | None]:
