@@ -29,9 +29,27 @@ def expose(radiance: FloatArray, stops: float = 0.0) -> FloatArray:
     ndarray of shape (..., 3)
         Linear, in [0, 1]: too bright is 1, negative is 0, not a number is 0; nothing wraps.
     """
+    return np.minimum(scaled(radiance, stops), 1.0)
+
+
+def scaled(radiance: FloatArray, stops: float = 0.0) -> FloatArray:
+    """Return exposed light that may still be brighter than a screen can show.
+
+    Parameters
+    ----------
+    radiance : ndarray of shape (..., 3)
+        Linear, scene-referred [W/(m^2 sr)].
+    stops : float
+        Exposure; one more doubles the brightness.
+
+    Returns
+    -------
+    ndarray of shape (..., 3)
+        Linear, not below 0: negative is 0, not a number is 0; at most what single precision holds.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         exposed = np.asarray(radiance, dtype=np.float64) * np.exp2(np.float64(stops))
-    return np.clip(np.where(np.isnan(exposed), 0.0, exposed), 0.0, 1.0)
+    return np.clip(np.where(np.isnan(exposed), 0.0, exposed), 0.0, np.finfo(np.float32).max)
 
 
 def automatic_exposure(radiance: FloatArray, emitting: NDArray[np.bool_] | None = None) -> float:

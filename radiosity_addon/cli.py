@@ -194,7 +194,7 @@ def _write(
         _save(files["output"])
     if "gltf" in files:
         with quiet():
-            stops["gltf"] = export_glb(files["gltf"], _depsgraph(), **shown)
+            stops["gltf"] = export_glb(files["gltf"], _depsgraph(), notes=report["warnings"], **shown)
     if "render" in files:
         with quiet():
             stops["render"] = render_picture(files["render"], _depsgraph(), **shown)

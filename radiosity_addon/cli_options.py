@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 from ..core.errors import RadiosityError
 from ..core.settings import FORM_FACTORS, LIGHTS, METHODS, QUALITIES, SIDES, Settings
 from .destination import DATA_TYPES, DOMAINS, TARGETS, Destination
+from .display_scene import AUTO, OF_SCENE
 
 WRONG_USAGE = 2
 ENDINGS = {"output": ".blend", "gltf": ".glb", "render": ".png", "report": ".json"}
@@ -88,8 +89,9 @@ def _add_files(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--exposure",
         type=_stops,
-        metavar="STOPS|auto",
-        help="brightness of glTF and picture (auto: the scene's own exposure, or what suits the light if that is 0)",
+        metavar="STOPS|auto|scene",
+        help="brightness of glTF and picture: stops, what suits the light, or the scene's own exposure (the scene's, "
+        "or auto where that is 0)",
     )
 
 
@@ -152,11 +154,11 @@ def _target(text: str) -> str:
     return known
 
 
-def _stops(text: str) -> float | None:
-    """Read an exposure; None stands for the automatic one."""
-    if text == "auto":
-        return None
+def _stops(text: str) -> float | str:
+    """Read an exposure: a number of stops, or one of two words."""
+    if text in (AUTO, OF_SCENE):
+        return text
     stops = float(text)
     if not (isfinite(stops) and abs(stops) <= 64.0):
-        raise argparse.ArgumentTypeError(f"{text} is no exposure: give stops, such as 1.5, or auto")
+        raise argparse.ArgumentTypeError(f"{text} is no exposure: give stops, such as 1.5, or auto, or scene")
     return stops

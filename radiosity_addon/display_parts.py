@@ -45,6 +45,8 @@ class Part:
         What carries a color, 'CORNER' or 'POINT'.
     emitting : ndarray of shape (n,)
         Which belong to lamps, that need not be shown below white.
+    textured : ndarray of shape (n,)
+        Which an image is multiplied with.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Part:
     colors: FloatArray
     domain: str
     emitting: NDArray[np.bool_]
+    textured: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +66,7 @@ class _Look:
 
     reflectance: FloatArray
     radiance: FloatArray
+    image: bool
 
 
 def read_parts(
@@ -106,16 +110,19 @@ def read_parts(
         slot, vertex = _corners(mesh, len(materials))
         radiance = np.array([look.radiance for look in of_slot])
         emitting = radiance.any(axis=1)[slot]
+        textured = np.zeros(len(colors), bool)
         if lighting:
             # Vertices may have faces of different materials.
             colors, domain = colors if domain == 'CORNER' else colors[vertex], 'CORNER'
             colors = radiance[slot] + np.array([look.reflectance for look in of_slot])[slot] * colors
+            textured = np.array([look.image for look in of_slot])[slot]
         elif domain == 'POINT':
             lamp = np.zeros(len(mesh.vertices), bool)
             lamp[vertex[emitting]] = True
             emitting = lamp
         matrix = Matrix(world_matrix(obj, depsgraph).tolist())
-        yield Part(obj.get(COPY_OF, obj.name), obj.data.name, mesh, matrix, materials, colors, domain, emitting)
+        name = obj.get(COPY_OF, obj.name)
+        yield Part(name, obj.data.name, mesh, matrix, materials, colors, domain, emitting, textured)
 
 
 def face_slots(mesh: bpy.types.Mesh, count: int) -> NDArray[np.int32]:
@@ -131,7 +138,7 @@ def _look(material: bpy.types.Material | None, looks: dict[str | None, _Look]) -
     if name not in looks:
         surface = read_material(material)
         image = base_texture(material) is not None
-        looks[name] = _Look(np.ones(3) if image else surface.reflectance, surface.emission / np.pi)
+        looks[name] = _Look(np.ones(3) if image else surface.reflectance, surface.emission / np.pi, image)
     return looks[name]
 
 

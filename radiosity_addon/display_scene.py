@@ -6,23 +6,33 @@ after their modifiers, with the baked colors exposed and clamped as their only c
 that show this attribute unlit. The scene and its copies are gone afterwards, whatever happens.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ..core.errors import RadiosityError
-from ..core.exposure import automatic_exposure, expose
+from ..core.exposure import automatic_exposure, expose, scaled
 from .base_textures import base_texture
 from .copies.collection import originals_shown
 from .display_parts import Part, face_slots, read_parts
 from .placement import place
 from .unlit import unlit_materials
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+
 # Copies are told from each other by name, whatever kind they are; Blender numbers those that are already taken.
 _SCENE, _CAMERA, _OBJECT = "radiosity-scene", "radiosity-camera", "radiosity-object"
+# Exposures that are no number: what suits the light, and what the scene's own color management says.
+AUTO, OF_SCENE = "auto", "scene"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +51,8 @@ class DisplayScene:
         Name of a copy (object, mesh, material, camera, scene) -> name of what it was made from.
     textured : frozenset of str
         Names of the copies of materials that multiply the colors with an image.
+    brightness : ndarray of shape (n,)
+        Brightest channel of each exposed color that an image is multiplied with, not clamped.
     """
 
     scene: bpy.types.Scene
@@ -48,17 +60,19 @@ class DisplayScene:
     stops: float
     names: dict[str, str]
     textured: frozenset[str]
+    brightness: FloatArray
 
 
 @contextmanager
 def display_scene(
     depsgraph: bpy.types.Depsgraph,
     attribute: str,
-    exposure: float | None = None,
+    exposure: float | str | None = None,
     *,
     copies: bool = False,
     lighting: bool = False,
     see_through: bool = False,
+    keep_bright: bool = False,
 ) -> Iterator[DisplayScene]:
     """Build a scene that shows a baked attribute; remove it afterwards.
 
@@ -68,8 +82,9 @@ def display_scene(
         The evaluated state of the scene that was baked.
     attribute : str
         Name of the color attribute. Only meshes that have it, and that renders show, are in the scene.
-    exposure : float, optional
-        Stops. When not given: the exposure that the scene's own color management sets, else an automatic one.
+    exposure : float or {'auto', 'scene'}, optional
+        Stops, or those that suit the light, or those that the scene's own color management says. When not given: the
+        scene's, unless they are 0, which need not have been chosen.
     copies : bool
         Whether to show the baked copies, and not what was baked in place.
     lighting : bool
@@ -77,6 +92,8 @@ def display_scene(
         are, everything else in the colors, with what it emits.
     see_through : bool
         Whether renders show no face from behind, even where the user's material does.
+    keep_bright : bool
+        Whether colors above 1 stay so where images are multiplied with them, which may bring them back below.
 
     Yields
     ------
@@ -113,23 +130,29 @@ def display_scene(
         textured = {materials[m.name_full].name for m in sources if lighting and base_texture(m) is not None}
         objects = []
         for part in parts:
-            _show_colors(part, attribute, stops, [materials[m.name_full if m else None] for m in part.materials])
+            _show_materials(part, [materials[m.name_full if m else None] for m in part.materials])
+            _show_colors(part, attribute, stops, keep_bright)
             objects.append(_place(part, scene, made))
             names[part.mesh.name] = part.mesh_name
             names[objects[-1].name] = part.name
-        yield DisplayScene(scene, tuple(objects), stops, names, frozenset(textured))
+        brightness = np.concatenate([scaled(part.colors[part.textured], stops).max(axis=1) for part in parts])
+        yield DisplayScene(scene, tuple(objects), stops, names, frozenset(textured), brightness)
     finally:
         if scene is not None:
             bpy.data.scenes.remove(scene)
         bpy.data.batch_remove(made)
 
 
-def _choose_stops(scene: bpy.types.Scene, parts: list[Part], exposure: float | None) -> float:
-    """Return the exposure that is asked for, else the scene's own, else one that suits all colors together [stops]."""
-    if exposure is not None:
-        return exposure
-    if scene.view_settings.exposure != 0.0:
-        return float(scene.view_settings.exposure)
+def _choose_stops(scene: bpy.types.Scene, parts: list[Part], exposure: float | str | None) -> float:
+    """Return the exposure that is asked for; as a rule the scene's own, or one that suits all colors together [stops].
+
+    Blender's own 0 does not tell whether somebody chose it, which is why it can be asked for.
+    """
+    if exposure is not None and not isinstance(exposure, str):
+        return float(exposure)
+    of_scene = float(scene.view_settings.exposure)
+    if exposure == OF_SCENE or (exposure is None and of_scene != 0.0):
+        return of_scene
     colors, emitting = (np.concatenate([getattr(part, name) for part in parts]) for name in ("colors", "emitting"))
     return automatic_exposure(colors, emitting)
 
@@ -149,8 +172,8 @@ def _copy_camera(depsgraph: bpy.types.Depsgraph, made: list[bpy.types.ID]) -> bp
     return camera
 
 
-def _show_colors(part: Part, attribute: str, stops: float, materials: list[bpy.types.Material]) -> None:
-    """Leave a mesh one color attribute, ready for a display, and give it the materials that show it."""
+def _show_materials(part: Part, materials: list[bpy.types.Material]) -> None:
+    """Give a mesh the materials that show its colors."""
     mesh = part.mesh
     # Changing the list of slots sets every face to the first.
     slots = face_slots(mesh, len(materials))
@@ -159,11 +182,17 @@ def _show_colors(part: Part, attribute: str, stops: float, materials: list[bpy.t
         mesh.materials.append(material)
     mesh.polygons.foreach_set("material_index", slots)
 
+
+def _show_colors(part: Part, attribute: str, stops: float, keep_bright: bool) -> None:
+    """Leave a mesh one color attribute, ready for a display."""
+    mesh = part.mesh
     for name in [layer.name for layer in mesh.color_attributes]:
         mesh.color_attributes.remove(mesh.color_attributes[name])
     layer = mesh.color_attributes.new(attribute, 'FLOAT_COLOR', part.domain)
     colors = np.ones((len(part.colors), 4), np.float32)
     colors[:, :3] = expose(part.colors, stops)
+    if keep_bright:
+        colors[part.textured, :3] = scaled(part.colors[part.textured], stops)
     layer.data.foreach_set("color", colors.ravel())
     # The exporter's "active" is the one for rendering.
     mesh.color_attributes.render_color_index = 0

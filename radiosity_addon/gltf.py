@@ -25,10 +25,11 @@ def export_glb(
     path: Path,
     depsgraph: bpy.types.Depsgraph,
     attribute: str = "Radiosity",
-    exposure: float | None = None,
+    exposure: float | str | None = None,
     *,
     copies: bool = False,
     lighting: bool = False,
+    notes: list[str] | None = None,
 ) -> float:
     """Export the objects that have a baked attribute, and the scene's camera, as a binary glTF file.
 
@@ -40,12 +41,14 @@ def export_glb(
         The evaluated state of the scene that was baked.
     attribute : str
         Name of the baked color attribute.
-    exposure : float, optional
+    exposure : float or str, optional
         Stops; as for `display_scene` when not given. Colors are clamped to [0, 1] after it, as glTF demands (3.7.2.1).
     copies : bool
         Whether to export the baked copies, and not what was baked in place.
     lighting : bool
         Whether the attribute is lighting only; as for `display_scene`.
+    notes : list of str, optional
+        What the file cannot hold is added.
 
     Returns
     -------
@@ -67,7 +70,23 @@ def export_glb(
         check_colors(glb, shown)
         _name_as_in_scene(glb, shown.names)
         write_glb(temporary, glb)
+        if notes is not None:
+            notes += _clamped(shown)
         return shown.stops
+
+
+def _clamped(shown: DisplayScene) -> list[str]:
+    """Tell what is lost where light above 1 falls on images, which would have made it darker again."""
+    # What single precision rounds up from 1 is not lost.
+    bright = shown.brightness > 1.0 + 1e-6
+    if not bright.any():
+        return []
+    # Rounded to a tenth of a stop downwards.
+    fits = np.floor(10.0 * (shown.stops - np.log2(shown.brightness.max()))) / 10.0
+    return [
+        f"glTF: {bright.mean():.1%} of the lighting on images is brighter than 1, where the file's colors end, and is "
+        f"clipped; --exposure {fits:.1f} keeps all of it"
+    ]
 
 
 def _run_exporter(path: Path, scene: bpy.types.Scene) -> None:

@@ -23,7 +23,7 @@ def render_picture(
     path: Path,
     depsgraph: bpy.types.Depsgraph,
     attribute: str = "Radiosity",
-    exposure: float | None = None,
+    exposure: float | str | None = None,
     *,
     copies: bool = False,
     lighting: bool = False,
@@ -41,7 +41,7 @@ def render_picture(
         The evaluated state of the scene that was baked.
     attribute : str
         Name of the baked color attribute.
-    exposure : float, optional
+    exposure : float or str, optional
         Stops; as for `display_scene` when not given.
     copies : bool
         Whether to draw the baked copies, and not what was baked in place.
@@ -61,7 +61,9 @@ def render_picture(
     if not hasattr(bpy.types.Scene, "cycles"):
         raise RadiosityError("The picture is drawn by Cycles: enable the add-on Cycles Render Engine")
     fitted = depsgraph.scene.camera is None
-    scene = display_scene(depsgraph, attribute, exposure, copies=copies, lighting=lighting, see_through=fitted)
+    scene = display_scene(
+        depsgraph, attribute, exposure, copies=copies, lighting=lighting, see_through=fitted, keep_bright=True
+    )
     with scene as shown, replacing(path) as temporary:
         _set_up(shown.scene, temporary)
         with _fitted_camera(shown.scene) if fitted else nullcontext():
@@ -106,7 +108,7 @@ def _set_up(scene: bpy.types.Scene, path: Path) -> None:
     cycles.samples, cycles.seed = SAMPLES, 0
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.max_bounces, cycles.transparent_max_bounces = 0, WALLS
-    # The colors are exposed and clamped already.
+    # The colors are exposed already, and clamped where no image is multiplied with them.
     scene.view_settings.view_transform = 'Standard'
     scene.view_settings.look = 'None'
     scene.view_settings.exposure = 0.0

@@ -213,8 +213,10 @@ def _thin(tree: Tree, elements: Elements, mean: Float) -> NDArray[np.bool_]:
     A, x = elements.area[:, None], elements.centre - elements.centre.mean(axis=0)
     squares = (x[:, :, None] * x[:, None]).reshape(-1, 9)
     sums = tree.sums(np.concatenate((A, A * x, A * squares), axis=1))
-    middle = sums[:, 1:4] / sums[:, :1]
-    moment = (sums[:, 4:] / sums[:, :1]).reshape(-1, 3, 3) - middle[:, :, None] * middle[:, None]
+    # Beside what is a million times larger, small areas are lost in the sums: whatever they are, they are thin.
+    means = np.divide(sums[:, 1:], sums[:, :1], out=np.zeros_like(sums[:, 1:]), where=sums[:, :1] > 0)
+    middle = means[:, :3]
+    moment = means[:, 3:].reshape(-1, 3, 3) - middle[:, :, None] * middle[:, None]
     across = np.einsum("ni,nij,nj->n", mean, moment, mean)
     thin: NDArray[np.bool_] = across <= _THIN**2 * np.trace(moment, axis1=1, axis2=2) + 1e-12 * float(np.max(x * x))
     return thin

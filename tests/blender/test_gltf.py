@@ -131,9 +131,12 @@ def test_other_color_attributes_are_left_out(blender, scene, gltf, glb, tmp_path
 def test_exposure_is_what_is_asked_for_or_the_scenes_or_automatic(blender, scene, gltf, glb, tmp_path):
     add_grid(blender, scene, 'CORNER')
     automatic = gltf.export_glb(tmp_path / "a.glb", depsgraph(blender))
-    assert np.isfinite(automatic)
+    assert np.isfinite(automatic) and automatic != 0.0
+    # Nobody need have chosen 0, but somebody may.
+    assert gltf.export_glb(tmp_path / "b.glb", depsgraph(blender), exposure="scene") == 0.0
     scene.view_settings.exposure = -1.25
     assert gltf.export_glb(tmp_path / "b.glb", depsgraph(blender)) == -1.25
+    assert gltf.export_glb(tmp_path / "b.glb", depsgraph(blender), exposure="auto") == automatic
     assert gltf.export_glb(tmp_path / "c.glb", depsgraph(blender), exposure=-2.0) == -2.0
     positions, colors = triangles(glb, tmp_path / "c.glb")
     light = light_of(np.floor(positions[..., 0].mean(axis=1)))
@@ -313,7 +316,8 @@ def test_lighting_is_multiplied_with_textures_and_all_else_is_in_the_colors(
         obj.data.materials[index] = material
     obj.data.uv_layers.new(name="UVMap")
     before = data_of(blender)
-    gltf.export_glb(tmp_path / "a.glb", depsgraph(blender), "Radiosity", 0.0, lighting=True)
+    notes = []
+    gltf.export_glb(tmp_path / "a.glb", depsgraph(blender), "Radiosity", 0.0, lighting=True, notes=notes)
     # Blender 4.2 counts the users of images wrongly when a material is copied.
     assert data_of(blender) | {"images": []} == before | {"images": []} and list(blender.data.images) == [image]
 
@@ -335,3 +339,10 @@ def test_lighting_is_multiplied_with_textures_and_all_else_is_in_the_colors(
     texture = material["pbrMetallicRoughness"]["baseColorTexture"]
     assert texture["extensions"]["KHR_texture_transform"]["scale"] == [2, 2]
     assert file.document["images"][0]["name"] == "Bricks"
+    # What the file has to clip is told, and what would keep it.
+    ((note, fits),) = [(note, float(note.split("--exposure ")[1].split()[0])) for note in notes]
+    assert "brighter than 1" in note
+    gltf.export_glb(tmp_path / "a.glb", depsgraph(blender), "Radiosity", fits, lighting=True, notes=notes)
+    assert len(notes) == 1
+    gltf.export_glb(tmp_path / "a.glb", depsgraph(blender), "Radiosity", fits + 0.2, lighting=True, notes=notes)
+    assert len(notes) == 2

@@ -6,6 +6,8 @@ import importlib
 import numpy as np
 import pytest
 
+from tests.blender.building import add_shader, node_material
+
 
 @pytest.fixture
 def picture(extension):
@@ -81,6 +83,23 @@ def test_exposure_is_in_stops(blender, scene, picture, small, tmp_path):
     pixels = draw(blender, picture, tmp_path / "a.png", exposure=-2.0)
     height, width = pixels.shape[:2]
     np.testing.assert_allclose(pixels[height // 2, width // 2 - 8], srgb([0.125, 0.005, 0.025]), atol=3.0 / 255.0)
+
+
+def test_images_are_multiplied_before_what_is_too_bright_is_cut(blender, scene, picture, small, tmp_path):
+    two_walls(blender, scene)
+    image = blender.data.images.new("Grey", 4, 4, float_buffer=True)
+    image.pixels.foreach_set(np.tile(np.float32([0.125, 0.125, 0.125, 1.0]), 16))
+    image.pack()
+    material, output = node_material("Textured")
+    shader = add_shader(material, 'ShaderNodeBsdfDiffuse', output.inputs["Surface"])
+    add_shader(material, 'ShaderNodeTexImage', shader.inputs["Color"]).image = image
+    wall = blender.data.objects["Bright"].data
+    wall.uv_layers.new(name="Map")
+    wall.materials[0] = material
+    pixels = draw(blender, picture, tmp_path / "a.png", exposure=-1.0, lighting=True)
+    height, width = pixels.shape[:2]
+    found = pixels[height // 2, width // 2 + 8]
+    np.testing.assert_allclose(found, srgb([7.0 / 16.0, 0.25 / 16.0, 0.0]), atol=4.0 / 255.0)
 
 
 def test_without_a_camera_a_closed_room_is_seen_from_within(blender, scene, picture, small, tmp_path):
