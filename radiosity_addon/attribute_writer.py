@@ -19,7 +19,7 @@ from ..core.shading import corner_angles, vertex_means
 from .color_attributes import ByteLoss, store_colors
 from .destination import Destination
 from .modes import leave_modes_with_own_undo
-from .objects.targets import Target, stored_in_place
+from .objects.targets import Target, require_receivers, stored_in_place
 
 if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
@@ -63,8 +63,9 @@ def plan_writing(targets: tuple[Target, ...], destination: Destination) -> Plan:
     Raises
     ------
     RadiosityError
-        When no mesh can be written.
+        When no mesh can be written, or nothing receives light.
     """
+    require_receivers(targets)
     meshes, groups = _meshes_by_uid(), _vertex_groups()
     writable: list[Target] = []
     in_place, warnings = stored_in_place(targets)
@@ -153,9 +154,9 @@ def _obstacle(mesh: bpy.types.Mesh, target: Target, attribute: str, groups: dict
     # The new attribute would get another name.
     taken = attribute in mesh.attributes and attribute not in mesh.color_attributes
     if taken or attribute in groups.get(target.object_name, ()):
-        what = "attribute that is not a color" if taken else "vertex group"
+        what = "an attribute that is not a color" if taken else "a vertex group"
         return (
-            f"Object '{target.object_name}' has a {what} named '{attribute}' and gets no colors; choose another name "
+            f"Object '{target.object_name}' has {what} named '{attribute}' and gets no colors; choose another name "
             "for them"
         )
     return None

@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.lighting.lamps import AreaLamp, Cone, Lamp, PointLamp, SunLamp
+from ..core.mending import BRIGHTEST, FARTHEST
 
 if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 # Cycles takes a lamp without size that is not normalized as if it had this surface.
 _POINT_SURFACE = 4.0
+_SIZES = ("size", "size_y", "spread", "shadow_soft_size", "spot_size", "spot_blend", "angle")
 
 
 def read_lamp(
@@ -46,6 +48,9 @@ def read_lamp(
     if not obj.visible_diffuse or (light.type == 'AREA' and light.cycles.is_portal):
         return None
     name = f"Light '{obj.name_full}'"
+    if not _is_somewhere(light, matrix):
+        notes.append(f"{name}: its place or size is no finite number within {FARTHEST:g} m, and it is left out")
+        return None
     power = _power(light, name, notes)
     if light.energy < 0 or (power < 0).any():
         notes.append(f"{name}: a negative power or color counts as 0")
@@ -74,7 +79,17 @@ def _power(light: bpy.types.Light, name: str, notes: list[str]) -> Array:
     # Since 4.5.
     if getattr(light, "use_temperature", False):
         color *= np.array(light.temperature_color[:3], dtype=float)
-    return light.energy * 2.0 ** getattr(light, "exposure", 0.0) * color * _emission(light, name, notes)
+    with np.errstate(over="ignore", invalid="ignore"):
+        power = light.energy * np.exp2(getattr(light, "exposure", 0.0)) * color * _emission(light, name, notes)
+    if not np.isfinite(power).all():
+        notes.append(f"{name}: a power or color that is not a finite number counts as 0")
+    return np.nan_to_num(power, posinf=0.0, neginf=0.0).clip(None, BRIGHTEST)
+
+
+def _is_somewhere(light: bpy.types.Light, matrix: Array) -> bool:
+    """Tell whether a lamp has a place and a size."""
+    sizes = np.array([getattr(light, name, 0.0) for name in _SIZES])
+    return bool((np.abs(matrix) <= FARTHEST).all() and (np.abs(sizes) <= FARTHEST).all())
 
 
 def _emission(light: bpy.types.Light, name: str, notes: list[str]) -> Array:

@@ -106,8 +106,8 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
     attribute: StringProperty(
         name="Attribute",
         description="Name of the color attribute that is written; an existing one of this name is replaced",
+        # No `maxlen`, by which Blender 4.2 would cut inside of letters: `Destination` refuses what is too long.
         default=DESTINATION.attribute,
-        maxlen=63,
     )
     target: EnumProperty(
         name="Target",

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..core.lighting.lamps import Lamp, SkyLamp
+from ..core.mending import BRIGHTEST
 from .panorama import render_sky
 
 if TYPE_CHECKING:
@@ -36,7 +37,9 @@ def read_world(world: bpy.types.World | None, notes: list[str]) -> tuple[Lamp, .
         return render_sky(world, notes)
     if (color < 0.0).any():
         notes.append(f"World '{world.name_full}': a negative color or strength counts as 0")
-    color = color.clip(0.0)
+    if not np.isfinite(color).all():
+        notes.append(f"World '{world.name_full}': a color or strength that is not a finite number counts as 0")
+    color = np.nan_to_num(color, posinf=0.0, neginf=0.0).clip(0.0, BRIGHTEST)
     return (SkyLamp(world.name_full, color.reshape(1, 1, 3)),) if color.any() else ()
 
 
@@ -56,4 +59,5 @@ def _constant(world: bpy.types.World) -> NDArray[np.float64] | None:
         return np.zeros(3)
     if color.is_linked or strength.is_linked:
         return None
-    return np.array(color.default_value[:3], dtype=float) * strength.default_value
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.array(color.default_value[:3], dtype=float) * strength.default_value

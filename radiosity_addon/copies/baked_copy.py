@@ -25,7 +25,7 @@ from ..color_attributes import ByteLoss, store_colors
 from ..destination import Destination
 from ..modes import leave_modes_with_own_undo
 from ..objects.remade import Remade, remake
-from ..objects.targets import Target
+from ..objects.targets import Target, require_receivers
 from ..placement import place
 from ..wording import listed
 from .collection import COPY_OF, originals_shown, replace_copies
@@ -102,9 +102,8 @@ def plan_copies(
     RadiosityError
         When nothing wants colors, or there would be too many faces.
     """
+    require_receivers(targets)
     wanted = tuple(target for target in targets if target.receives)
-    if not wanted:
-        raise RadiosityError("No object receives light: switch on Receive in the Radiosity panel of one")
     whole = settings.max_edge is None and settings.subdivide == 1 and bool(np.isnan(scene.max_edge).all())
     fine = None if whole else refine(scene, settings.max_edge, settings.subdivide)
     lit = scene if fine is None else refined_scene(scene, fine)
@@ -220,10 +219,10 @@ def _make_room(copy: bpy.types.Object, target: Target, attribute: str) -> list[s
     mesh, what = copy.data, ""
     if attribute in mesh.attributes and attribute not in mesh.color_attributes:
         mesh.attributes.remove(mesh.attributes[attribute])
-        what = "attribute that is not a color"
+        what = "an attribute that is not a color"
     if attribute in copy.vertex_groups:
         copy.vertex_groups.remove(copy.vertex_groups[attribute])
-        what = "vertex group"
+        what = "a vertex group"
     if not what:
         return []
-    return [f"Object '{target.name}' has a {what} named '{attribute}'; its copy has the colors in that place"]
+    return [f"Object '{target.name}' has {what} named '{attribute}'; its copy has the colors in that place"]

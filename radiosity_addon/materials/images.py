@@ -39,11 +39,14 @@ class Picture:
         Whether alpha is a picture of its own, which the color does not depend on.
     encoded : bool
         Whether its file holds 8 bits that are not linear.
+    broken : int
+        Pixels that are no finite numbers; what is none counts as 0.
     """
 
     levels: tuple[Single, ...]
     packed: bool
     encoded: bool
+    broken: int
 
     def at(self, uv: Array, extension: str, closest: bool) -> Array:
         """Return color and alpha at points, each averaged over as much as it stands for.
@@ -141,15 +144,30 @@ def _read(image: bpy.types.Image) -> Picture | None:
         return None
     values = np.empty(width * height * channels, np.float32)
     image.pixels.foreach_get(values)
-    levels = [_reduced(values.reshape(height, width, channels), image)]
-    linear = is_linear(image)
+    pixels, linear = values.reshape(height, width, channels), is_linear(image)
+    # Bytes are always numbers.
+    broken = _mended(pixels) if image.is_float else 0
+    levels = [_reduced(pixels, image)]
     encoded = not image.is_float and not linear
     packed = image.alpha_mode == 'CHANNEL_PACKED' or linear
     if not loaded and image.source == 'FILE' and not image.is_dirty:
         image.buffers_free()
     while max(levels[-1].shape[:2]) > 1:
         levels.append(_shrunk(levels[-1], (levels[-1].shape[0] + 1) // 2, (levels[-1].shape[1] + 1) // 2))
-    return Picture(tuple(levels), packed, encoded)
+    return Picture(tuple(levels), packed, encoded, broken)
+
+
+def _mended(pixels: Single) -> int:
+    """Set what is no finite number to 0, and return in how many pixels there was any; few at a time."""
+    broken = 0
+    rows = max(1, _AT_ONCE // pixels.shape[1])
+    for first in range(0, len(pixels), rows):
+        part = pixels[first : first + rows]
+        finite = np.isfinite(part)
+        if not finite.all():
+            broken += int(np.count_nonzero(~finite.all(axis=2)))
+            part[~finite] = 0.0
+    return broken
 
 
 def _reduced(pixels: Single, image: bpy.types.Image) -> Single:
@@ -182,7 +200,7 @@ def _linear(pixels: Single, image: bpy.types.Image) -> Single:
         # Those with more bits have the color times alpha already, too.
         if encoded and image.alpha_mode != 'CHANNEL_PACKED':
             whole[..., :3] *= whole[..., 3:]
-    return whole if encoded else np.nan_to_num(whole, posinf=0.0, neginf=0.0)
+    return whole
 
 
 def is_linear(image: bpy.types.Image) -> bool:

@@ -181,6 +181,6 @@ def _continued(ground: Ground) -> IntArray:
     layer = ground.uv_maps.get(ground.active_uv)
     if layer is not None:
         # Numbers that are equal where coordinates are, and hardly anywhere else.
-        u, v = np.round(np.nan_to_num(layer.values.astype(float)) * 16384.0).astype(np.int64).T
+        u, v = np.round(np.nan_to_num(layer.values.astype(float)).clip(-1e12, 1e12) * 16384.0).astype(np.int64).T
         key = (key * 0x9E3779B1 + u) * 0x85EBCA6B + v
     return np.unique(key, return_inverse=True)[1].reshape(-1)

@@ -146,8 +146,10 @@ def placed(mesh: LocalMesh, matrix: FloatArray, scale: float) -> PlacedMesh:
     cofactors = np.stack(
         [np.cross(linear[1], linear[2]), np.cross(linear[2], linear[0]), np.cross(linear[0], linear[1])]
     )
-    world = scale * (vertices @ linear.T + matrix[:3, 3])
-    normals = mesh.corner_normals @ cofactors.T
+    # What is at no finite place is found where the scene is built.
+    with np.errstate(over="ignore", invalid="ignore"):
+        world = scale * (vertices @ linear.T + matrix[:3, 3])
+        normals = mesh.corner_normals @ cofactors.T
     if mirrors(matrix):
         turned = mesh.topology.turned
         return PlacedMesh(world, corner_vertex[turned], -normals[turned])

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...core.errors import RadiosityError
 from ..wording import counted, listed
 from .corner_maps import Carried
 from .meshes import Topology
@@ -80,6 +81,18 @@ class Target:
         """Return the corner of the scene for each corner of the evaluated mesh."""
         corner = np.arange(len(self.evaluated.corner_vertex))
         return self.first_corner + (self.evaluated.turned if self.mirrored else corner)
+
+
+def require_receivers(targets: Iterable[Target]) -> None:
+    """Refuse to bake where nothing wants colors.
+
+    Raises
+    ------
+    RadiosityError
+        Says how to want them.
+    """
+    if not any(target.receives for target in targets):
+        raise RadiosityError("No object receives light: switch on Receive in the Radiosity panel of one")
 
 
 def stored_in_place(targets: Iterable[Target]) -> tuple[list[Target], list[str]]:

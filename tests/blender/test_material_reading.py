@@ -534,3 +534,6 @@ def test_pixels_that_are_no_numbers_or_too_bright_do_no_harm(scene):
     assert bpy.ops.radiosity.bake() == {'FINISHED'}
     assert np.isfinite(colors(square.data)).all()
     assert colors(square.data).max() > 1.0
+    # 1e38 is finite, but not what becomes of it.
+    first, second, *_ = bpy.context.window_manager.radiosity.warnings.splitlines()
+    assert first.startswith("Material 'Hot': 3 pixels of image 'Hot' ") and "negative" in second

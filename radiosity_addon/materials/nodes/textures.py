@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...wording import counted
 from ..images import NEUTRAL
 from ..network import Unreadable, Varies
 from .inputs import generated
@@ -36,12 +37,18 @@ def _image(place: Place, node: Node, output: Socket) -> Array:
         return _missing(output)
     if picture.encoded and image.colorspace_settings.name not in _KNOWN_SPACES:
         network.note(f"image '{image.name_full}' is read as sRGB, not as {image.colorspace_settings.name}")
+    if picture.broken:
+        pixels = counted(picture.broken, "pixel")
+        network.note(f"{pixels} of image '{image.name_full}' with infinite values or none at all count as 0 there")
     key = (*place.path, node.name, "pixels")
     if key not in network.known:
         # Without coordinates it takes those of the active UV map.
         uv = place.value(node, "Vector") if place.linked(node, "Vector") else network.at.uv("")
-        closest = node.interpolation == 'Closest'
-        network.known[key] = picture.at(np.atleast_2d(uv)[:, :2], node.extension, closest)
+        uv, closest = np.atleast_2d(uv)[:, :2], node.interpolation == 'Closest'
+        if not np.isfinite(uv).all():
+            network.note(f"coordinates that are no finite numbers count as 0 for image '{image.name_full}'")
+            uv = np.nan_to_num(uv, posinf=0.0, neginf=0.0)
+        network.known[key] = picture.at(uv, node.extension, closest)
     values = network.known[key]
     alpha = values[:, 3:]
     if output.identifier == 'Alpha':
