@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .cutting import Cut, check_count, cut, grid
 from .errors import RadiosityError
+from .occlusion.sieve import unnoticed
 from .paint.paint import Paint
 from .scene import AUTO, BACK, FRONT, FloatArray, IntArray, Scene
 from .triangulation import pieces
@@ -110,7 +111,7 @@ def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> 
 
 def _arranged(scene: Scene, fronts: Cut) -> Patches:
     """Return the fronts and backs that radiate, one after the other for every face."""
-    shown = np.where(scene.sides == AUTO, FRONT, scene.sides)[fronts.face]
+    shown = np.where(unnoticed(scene), 0, np.where(scene.sides == AUTO, FRONT, scene.sides))[fronts.face]
     source = np.concatenate([np.flatnonzero(shown & FRONT), np.flatnonzero(shown & BACK)])
     side = np.ones(len(source), dtype=np.int8)
     side[np.count_nonzero(shown & FRONT) :] = -1
@@ -132,6 +133,7 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
     lit = (side > 0) | (scene.sides[face] == BACK)
     place[source[lit]] = np.flatnonzero(lit)
     touch = _adopted(scene, fronts.touch[:, :2])
+    touch = touch[place[touch[:, 1]] >= 0]
     touch_corner, touch_patch = touch[:, 0], place[touch[:, 1]]
     order = np.lexsort((touch_patch, touch_corner))
     return Patches(

@@ -31,12 +31,15 @@ class FaceSurfaces:
     ----------
     reflectance, emission : ndarray of shape (f, 3)
         Diffuse reflectance, and radiant exitance [W/m^2], of each face; their means where they vary.
+    passed : ndarray of shape (f,)
+        Share of light that goes on behind each face.
     paint : Paint or None
         How they vary inside faces, in the space of the mesh.
     """
 
     reflectance: FloatArray
     emission: FloatArray
+    passed: FloatArray
     paint: Paint | None = None
 
     def placed(self, linear: FloatArray, offset: FloatArray, order: IntArray) -> FaceSurfaces:
@@ -91,16 +94,13 @@ class SurfaceReader:
         index = np.zeros(len(mesh.polygons), np.int32)
         mesh.polygons.foreach_get("material_index", index)
         index = index.clip(0, len(table) - 1)
-        reflectance, emission = (
-            np.stack([np.zeros(3) if surface is None else getattr(surface, name) for surface in table])[index]
-            for name in ("reflectance", "emission")
-        )
+        plain = np.stack([np.zeros(7) if surface is None else surface.columns for surface in table])[index]
         varying = {slot: materials[slot] for slot in np.unique(index).tolist() if table[slot] is None}
         if varying:
             named = set().union(*(self._names(material) for material in varying.values()))
-            self._done.append(Painting(read_ground(mesh, obj, index, named), varying, reflectance, emission))
+            self._done.append(Painting(read_ground(mesh, obj, index, named), varying, plain))
         else:
-            self._done.append(FaceSurfaces(reflectance, emission))
+            self._done.append(_surfaces(plain))
         return len(self._done) - 1
 
     def finish(self, notes: list[str]) -> list[FaceSurfaces]:
@@ -119,7 +119,7 @@ class SurfaceReader:
             notes.extend(surface.warnings if surface is not None else ())
         paintings = [item for item in self._done if isinstance(item, Painting)]
         painted = iter(paint_meshes(paintings, notes))
-        return [FaceSurfaces(*next(painted)) if isinstance(item, Painting) else item for item in self._done]
+        return [_surfaces(*next(painted)) if isinstance(item, Painting) else item for item in self._done]
 
     def _constant(self, material: bpy.types.Material | None) -> Surface | None:
         """Return the values of a material, or None where they depend on the place or only Cycles can tell."""
@@ -137,9 +137,13 @@ class SurfaceReader:
         return self._named[material.name_full]
 
 
+def _surfaces(columns: FloatArray, paint: Paint | None = None) -> FaceSurfaces:
+    return FaceSurfaces(columns[:, :3], columns[:, 3:6], columns[:, 6], paint)
+
+
 def join_surfaces(
     meshes: Sequence[tuple[FaceSurfaces, IntArray]],
-) -> tuple[FloatArray, FloatArray, Paint | None]:
+) -> tuple[FloatArray, FloatArray, FloatArray, Paint | None]:
     """Put the surfaces of several meshes one after the other.
 
     Parameters
@@ -150,6 +154,7 @@ def join_surfaces(
     Returns
     -------
     reflectance, emission : ndarray of shape (f, 3)
+    passed : ndarray of shape (f,)
         Of all faces.
     paint : Paint or None
     """
@@ -158,7 +163,8 @@ def join_surfaces(
         for surface, start in meshes
     ]
     reflectance, emission = (np.concatenate([part[column] for part in parts]) for column in (0, 1))
-    return reflectance, emission, join_paint(parts)
+    passed = np.concatenate([surface.passed for surface, _ in meshes])
+    return reflectance, emission, passed, join_paint(parts)
 
 
 def _attribute_names(tree: bpy.types.NodeTree, seen: tuple[bpy.types.NodeTree, ...] = ()) -> set[str]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..core.cutting import PATCH_LIMIT
 from ..core.errors import RadiosityError
 from ..core.lighting.lamps import Lamp, SkyLamp
+from ..core.occlusion.sieve import blocking
 from ..core.scene import AUTO, Scene
 from .face_surfaces import FaceSurfaces, SurfaceReader, join_surfaces
 from .lamps import read_lamp
@@ -132,8 +133,10 @@ def _joined(
     targets = tuple(
         body.target(int(first), mirrors(body.matrix)) for body, first in zip(bodies, first_corner, strict=False)
     )
-    reflectance, emission, paint = join_surfaces([_shown(body, materials[body.surfaces], scale) for body in bodies])
+    shown = [_shown(body, materials[body.surfaces], scale) for body in bodies]
+    reflectance, emission, passed, paint = join_surfaces(shown)
     sizes = [len(body.mesh.material) for body in bodies]
+    opaque = blocking(passed)
     plain_sky = any(isinstance(lamp, SkyLamp) and lamp.radiance.size == 3 for lamp in lamps)
     scene = Scene(
         np.concatenate([part.vertices for part in parts]),
@@ -148,8 +151,8 @@ def _joined(
         face_object=np.repeat(np.arange(len(parts)), sizes),
         object_names=[target.name for target in targets],
         max_edge=np.repeat([scale * body.roles.max_edge for body in bodies], sizes),
-        occludes=np.repeat([body.roles.occludes for body in bodies], sizes),
-        shades=np.repeat([body.roles.shades if plain_sky else body.roles.occludes for body in bodies], sizes),
+        occludes=opaque & np.repeat([body.roles.occludes for body in bodies], sizes),
+        shades=opaque & np.repeat([body.roles.shades if plain_sky else body.roles.occludes for body in bodies], sizes),
         reflects=np.repeat([body.roles.reflects for body in bodies], sizes),
         emits=np.repeat([body.roles.emits for body in bodies], sizes),
         lamps=lamps,

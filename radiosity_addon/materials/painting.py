@@ -16,7 +16,7 @@ from ...core.paint.samples import PaintSamples, paint_samples
 from .cycles_bake import MOST, Job, available, bake_surfaces
 from .images import Images
 from .points import Ground, Points
-from .reading import Unreadable, read_points
+from .reading import Unreadable, read_material, read_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,17 +40,16 @@ class Painting:
     ground : Ground
     varying : dict of int to bpy.types.Material
         These materials by slot.
-    reflectance, emission : ndarray of shape (f, 3)
-        Of the faces of all other slots.
+    plain : ndarray of shape (f, 7)
+        Reflectance, emission and what goes through, of the faces of all other slots.
     """
 
     ground: Ground
     varying: dict[int, bpy.types.Material]
-    reflectance: Array
-    emission: Array
+    plain: Array
 
 
-def paint_meshes(paintings: Sequence[Painting], notes: list[str]) -> list[tuple[Array, Array, Paint]]:
+def paint_meshes(paintings: Sequence[Painting], notes: list[str]) -> list[tuple[Array, Paint]]:
     """Read the materials of meshes that vary.
 
     Parameters
@@ -61,11 +60,11 @@ def paint_meshes(paintings: Sequence[Painting], notes: list[str]) -> list[tuple[
 
     Returns
     -------
-    list of (reflectance, emission, Paint)
-        For each mesh the values of its faces, and how they vary inside.
+    list of (ndarray of shape (f, 7), Paint)
+        For each mesh reflectance, emission and what goes through, of its faces, and how they vary inside.
     """
     samples = [paint_samples(parts) for parts in _parts(paintings)]
-    values = [np.zeros((len(each.triangle), 6), np.float32) for each in samples]
+    values = [np.zeros((len(each.triangle), 7), np.float32) for each in samples]
     told: dict[str, None] = {}
     left = []
     # Material by material, so that few images are held at a time.
@@ -96,12 +95,12 @@ def _read(
     told: dict[str, None],
     strict: bool = True,
 ) -> NDArray[np.float32]:
-    """Return reflectance and exitance at points, shape (s, 6)."""
-    parts = [np.zeros((0, 6), np.float32)]
+    """Return reflectance, exitance and what goes through at points, shape (s, 7)."""
+    parts = [np.zeros((0, 7), np.float32)]
     for first in range(0, len(samples.triangle), _AT_ONCE):
         part = samples.take(slice(first, first + _AT_ONCE))
         surface = read_points(material, Points(ground, part), images, strict=strict)
-        parts.append(np.concatenate([surface.reflectance, surface.emission], axis=1).astype(np.float32))
+        parts.append(surface.columns.astype(np.float32))
         told.update(dict.fromkeys(surface.warnings))
     return np.concatenate(parts)
 
@@ -125,8 +124,9 @@ def _bake(
         except RuntimeError as error:
             reason = f"Cycles says {str(error).strip().splitlines()[-1]}"
         else:
-            for (_, number, here), (reflectance, radiance) in zip(left, baked, strict=True):
-                values[number][here] = np.concatenate([reflectance, np.pi * radiance], axis=1)
+            for (material, number, here), (reflectance, radiance) in zip(left, baked, strict=True):
+                passed = np.broadcast_to(read_material(material).passed, (len(here), 1))
+                values[number][here] = np.concatenate([reflectance, np.pi * radiance, passed], axis=1)
             cells = sum(len(here) for _, _, here in left) // 3
             if cells > MOST:
                 told[f"Node networks on {cells} triangles are read on {MOST} of them; the others are like the mean"] = (
@@ -162,17 +162,16 @@ def _picked(samples: PaintSamples, here: IntArray) -> PaintSamples:
     return PaintSamples(samples.triangle[here], samples.share[here], samples.parts)
 
 
-def _painted(painting: Painting, samples: PaintSamples, values: NDArray[np.float32]) -> tuple[Array, Array, Paint]:
+def _painted(painting: Painting, samples: PaintSamples, values: NDArray[np.float32]) -> tuple[Array, Paint]:
     """Return the faces and the paint of one mesh."""
     ground = painting.ground
     faces = len(ground.material_index)
-    plain = np.concatenate([painting.reflectance, painting.emission], axis=1)
     varies = np.isin(ground.material_index, list(painting.varying))
-    mean = np.where(varies[:, None], face_means(samples, values, ground.triangles, faces), plain)
+    mean = np.where(varies[:, None], face_means(samples, values, ground.triangles, faces), painting.plain)
     same = _continued(ground)
-    corner = corner_values(samples, values, ground.triangles, mean[ground.corner_face], same)
-    paint = build_paint(samples, values, ground.triangles, corner, ground.normal)
-    return mean[:, :3], mean[:, 3:], paint
+    shown = values[:, :6]
+    corner = corner_values(samples, shown, ground.triangles, mean[ground.corner_face, :6], same)
+    return mean, build_paint(samples, shown, ground.triangles, corner, ground.normal)
 
 
 def _continued(ground: Ground) -> IntArray:

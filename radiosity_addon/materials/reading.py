@@ -13,7 +13,7 @@ from ...core.mending import BRIGHTEST
 from .images import Images
 from .network import Network, Place, Unreadable, Varies
 from .nodes import read_output
-from .shaders import DEFAULT_REFLECTANCE, read_shader
+from .shaders import DEFAULT_REFLECTANCE, Shading, read_shader
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,13 +34,24 @@ class Surface:
         Diffuse reflectance, not below 0; `core.scene.Scene` caps what is too bright.
     emission : ndarray of shape (3,) or (n, 3)
         Radiant exitance [W/m^2], not below 0: pi times Blender's color times strength.
+    passed : ndarray of shape (1,) or (n, 1)
+        Share of light that goes on behind it, 0 to 1.
     warnings : tuple of str
         What was read otherwise than Blender would render it.
     """
 
     reflectance: Array
     emission: Array
+    passed: Array
     warnings: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> Array:
+        """All of it side by side, shape (7,) or (n, 7)."""
+        return np.concatenate([self.reflectance, self.emission, self.passed], axis=-1)
+
+
+OPAQUE = np.zeros(1)
 
 
 def read_material(material: bpy.types.Material | None) -> Surface:
@@ -103,25 +114,24 @@ def read_points(material: bpy.types.Material, points: Points, images: Images, *,
     Unreadable
     """
     surface = _read(material, Network(read_output, images, points, strict))
-    shape = (len(points.samples.triangle), 3)
-    return Surface(
-        np.broadcast_to(surface.reflectance, shape), np.broadcast_to(surface.emission, shape), surface.warnings
-    )
+    count = len(points.samples.triangle)
+    parts = (surface.reflectance, surface.emission, surface.passed)
+    return Surface(*(np.broadcast_to(part, (count, part.shape[-1])) for part in parts), surface.warnings)
 
 
 def _read(material: bpy.types.Material | None, network: Network) -> Surface:
     if material is None:
-        return Surface(np.full(3, DEFAULT_REFLECTANCE), np.zeros(3))
+        return Surface(np.full(3, DEFAULT_REFLECTANCE), np.zeros(3), OPAQUE)
     if not uses_nodes(material):
-        return Surface(np.array(material.diffuse_color[:3], dtype=float).clip(0.0), np.zeros(3))
+        return Surface(np.array(material.diffuse_color[:3], dtype=float).clip(0.0), np.zeros(3), OPAQUE)
     output = output_node(material.node_tree)
     if output is None:
         network.note("it has no Material Output node and is black")
-        reflectance, radiance = np.zeros(3), np.zeros(3)
+        reflectance, radiance, passed = Shading()
     else:
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                reflectance, radiance = read_shader(Place(network), output.inputs["Surface"])
+                reflectance, radiance, passed = read_shader(Place(network), output.inputs["Surface"])
         except RecursionError as error:
             raise Unreadable("a network of very many nodes") from error
     if (reflectance < 0.0).any() or (radiance < 0.0).any():
@@ -132,6 +142,7 @@ def _read(material: bpy.types.Material | None, network: Network) -> Surface:
     return Surface(
         _clean(reflectance),
         np.pi * _clean(radiance),
+        _clean(passed).mean(axis=-1, keepdims=True).clip(0.0, 1.0),
         tuple(f"Material '{material.name_full}': {note}" for note in network.notes),
     )
 
@@ -154,4 +165,4 @@ def output_node(node_tree: bpy.types.ShaderNodeTree) -> Node | None:
     return next((output for kind in kinds if (output := node_tree.get_output_node(kind)) is not None), None)
 
 
-__all__ = ["Surface", "Unreadable", "Varies", "read_constant", "read_material", "read_points"]
+__all__ = ["OPAQUE", "Surface", "Unreadable", "Varies", "read_constant", "read_material", "read_points"]

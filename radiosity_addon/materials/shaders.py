@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shaders as pairs of what they reflect diffusely and the radiance they emit.
+"""Shaders as what they reflect diffusely, the radiance they emit, and what they let through.
 
-Sums and mixes of shaders are sums and mixes of such pairs. What a shader reflects or lets through otherwise is lost,
-and told.
+Sums and mixes of shaders are sums and mixes of these. What a shader reflects otherwise is lost, and told.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,13 +16,41 @@ from .network import Place, Unreadable, Varies, convert
 if TYPE_CHECKING:
     from .network import Array, Node, Socket
 
-    Pair = tuple[Array, Array]
-
 DEFAULT_REFLECTANCE = 0.8  # of faces without a material, as Blender draws them
-_BLACK = (np.zeros(3), np.zeros(3))
+_NONE = np.zeros(3)
 
 
-def read_shader(place: Place, socket: Socket) -> Pair:
+class Shading(NamedTuple):
+    """What a shader does with light; arrays of shape (3,), or (n, 3) at n points.
+
+    Attributes
+    ----------
+    reflectance : ndarray
+        Diffuse.
+    radiance : ndarray
+        That it emits.
+    passed : ndarray
+        Share of light that goes on behind it.
+    """
+
+    reflectance: Array = _NONE
+    radiance: Array = _NONE
+    passed: Array = _NONE
+
+    def scaled(self, factor: Array) -> Shading:
+        """Return a share of this."""
+        return Shading(*(factor * part for part in self))
+
+    def plus(self, other: Shading) -> Shading:
+        """Return both together."""
+        return Shading(*(one + two for one, two in zip(self, other, strict=True)))
+
+
+_BLACK = Shading()
+_STRAIGHT = "light that it lets through goes straight on, without its color"
+
+
+def read_shader(place: Place, socket: Socket) -> Shading:
     """Read the shader that feeds a socket.
 
     Parameters
@@ -34,7 +61,7 @@ def read_shader(place: Place, socket: Socket) -> Pair:
 
     Returns
     -------
-    reflectance, radiance : ndarray of shape (3,) or (n, 3)
+    Shading
 
     Raises
     ------
@@ -54,33 +81,36 @@ def read_shader(place: Place, socket: Socket) -> Pair:
     return known[key]
 
 
-def _bare_color(place: Place, output: Socket) -> Pair:
+def _bare_color(place: Place, output: Socket) -> Shading:
     """Read a color that goes straight into a surface: Blender makes light of it."""
     try:
-        return np.zeros(3), convert(place.output(output), output.type, 'RGBA')
+        return Shading(radiance=convert(place.output(output), output.type, 'RGBA'))
     except (Unreadable, Varies):
         if place.network.strict:
             raise
         return _unknown(place, output.node)
 
 
-def _emission(place: Place, node: Node) -> Pair:
+def _emission(place: Place, node: Node) -> Shading:
     strength = place.value(node, "Strength")
-    return np.zeros(3), _scaled(strength, lambda: place.value(node, "Color"))
+    return Shading(radiance=_scaled(strength, lambda: place.value(node, "Color")))
 
 
-def _diffuse(place: Place, node: Node) -> Pair:
-    return place.value(node, "Color"), np.zeros(3)
+def _diffuse(place: Place, node: Node) -> Shading:
+    return Shading(reflectance=place.value(node, "Color"))
 
 
-def _principled(place: Place, node: Node) -> Pair:
+def _principled(place: Place, node: Node) -> Shading:
     """Read the base under the layers: what is neither metal, nor glass, nor transparent scatters diffusely."""
     alpha = place.value(node, "Alpha", 1.0).clip(0.0, 1.0)
     metallic = place.value(node, "Metallic").clip(0.0, 1.0)
     transmission = place.value(node, "Transmission Weight").clip(0.0, 1.0)
     scattered = alpha * (1.0 - metallic) * (1.0 - transmission)
-    if (scattered < 1.0).any():
-        place.network.note("only what it reflects diffusely is used; its metallic, transmission or alpha part is black")
+    clear = alpha * (1.0 - metallic) * transmission
+    if (alpha * metallic > 0.0).any():
+        place.network.note("only what it reflects diffusely is used; its metallic part is black")
+    if (alpha < 1.0).any() or clear.any():
+        place.network.note(_STRAIGHT)
     coat = place.value(node, "Coat Weight").clip(0.0, 1.0)
     # Seen from above, as much light passes the coat as its tint says, but for what its surface reflects.
     tint = 1.0 + coat * (place.value(node, "Coat Tint", 1.0) - 1.0) if coat.any() else 1.0
@@ -88,42 +118,54 @@ def _principled(place: Place, node: Node) -> Pair:
     passed = 1.0 - coat * ((ior - 1.0) / np.maximum(ior + 1.0, 1e-6)) ** 2
     reflected = _scaled(scattered, lambda: tint * place.value(node, "Base Color"))
     strength = alpha * place.value(node, "Emission Strength")
-    return reflected, _scaled(strength, lambda: passed * tint * place.value(node, "Emission Color"))
+    emitted = _scaled(strength, lambda: passed * tint * place.value(node, "Emission Color"))
+    return Shading(reflected, emitted, 1.0 - alpha + _scaled(clear, lambda: place.value(node, "Base Color")))
 
 
-def _specular(place: Place, node: Node) -> Pair:
-    shown = 1.0 - place.value(node, "Transparency").clip(0.0, 1.0)
-    return shown * place.value(node, "Base Color"), shown * place.value(node, "Emissive Color")
+def _specular(place: Place, node: Node) -> Shading:
+    clear = place.value(node, "Transparency").clip(0.0, 1.0)
+    if clear.any():
+        place.network.note(_STRAIGHT)
+    return Shading(
+        (1.0 - clear) * place.value(node, "Base Color"), (1.0 - clear) * place.value(node, "Emissive Color"), clear
+    )
 
 
-def _add(place: Place, node: Node) -> Pair:
+def _add(place: Place, node: Node) -> Shading:
     one, other = (read_shader(place, socket) for socket in node.inputs[:2])
-    return one[0] + other[0], one[1] + other[1]
+    return one.plus(other)
 
 
-def _mix(place: Place, node: Node) -> Pair:
+def _mix(place: Place, node: Node) -> Shading:
     factor = place.value(node, node.inputs[0].identifier).clip(0.0, 1.0)
     # A shader that is not there at all need not be readable.
     one = _BLACK if (factor == 1.0).all() else read_shader(place, node.inputs[1])
     other = _BLACK if (factor == 0.0).all() else read_shader(place, node.inputs[2])
-    return (1.0 - factor) * one[0] + factor * other[0], (1.0 - factor) * one[1] + factor * other[1]
+    return one.scaled(1.0 - factor).plus(other.scaled(factor))
 
 
-def _translucent(place: Place, node: Node) -> Pair:
-    place.network.note(f"'{node.name}' lets no light through; it reflects it instead")
-    return _diffuse(place, node)
+def _translucent(place: Place, node: Node) -> Shading:
+    place.network.note(f"'{node.name}' reflects half of its light, and lets the other half go straight on")
+    half = 0.5 * place.value(node, "Color").clip(0.0)
+    return Shading(reflectance=half, passed=half)
 
 
-def _black(place: Place, node: Node) -> Pair:
+def _clear(place: Place, node: Node) -> Shading:
+    """Read what light passes, bent or not: it goes straight on."""
+    place.network.note(_STRAIGHT)
+    return Shading(passed=place.value(node, "Color").clip(0.0, 1.0))
+
+
+def _black(place: Place, node: Node) -> Shading:
     place.network.note(f"'{node.name}' reflects nothing diffusely and is black")
     return _BLACK
 
 
-def _unknown(place: Place, node: Node) -> Pair:
+def _unknown(place: Place, node: Node) -> Shading:
     if place.network.strict:
         raise Unreadable(node.name)
     place.network.note(f"'{node.name}' is not read; reflectance {DEFAULT_REFLECTANCE} is used")
-    return np.full(3, DEFAULT_REFLECTANCE), np.zeros(3)
+    return Shading(reflectance=np.full(3, DEFAULT_REFLECTANCE))
 
 
 def _scaled(factor: Array, color: Callable[[], Array]) -> Array:
@@ -131,7 +173,7 @@ def _scaled(factor: Array, color: Callable[[], Array]) -> Array:
     return factor * color() if factor.any() else np.zeros(3)
 
 
-_SHADERS: dict[str, Callable[[Place, Node], Pair]] = {
+_SHADERS: dict[str, Callable[[Place, Node], Shading]] = {
     'ShaderNodeEmission': _emission,
     'ShaderNodeBackground': _emission,
     'ShaderNodeBsdfDiffuse': _diffuse,
@@ -144,8 +186,8 @@ _SHADERS: dict[str, Callable[[Place, Node], Pair]] = {
     'ShaderNodeBsdfGlossy': _black,
     'ShaderNodeBsdfAnisotropic': _black,
     'ShaderNodeBsdfMetallic': _black,
-    'ShaderNodeBsdfGlass': _black,
-    'ShaderNodeBsdfRefraction': _black,
-    'ShaderNodeBsdfTransparent': _black,
+    'ShaderNodeBsdfGlass': _clear,
+    'ShaderNodeBsdfRefraction': _clear,
+    'ShaderNodeBsdfTransparent': _clear,
     'ShaderNodeHoldout': _black,
 }

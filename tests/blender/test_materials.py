@@ -83,8 +83,10 @@ def test_metal_glass_and_transparency_scatter_less(read):
         Emission_Strength=2.0,
     )
     surface = read(material)
-    expect(surface, 0.8 * 0.5 * 0.75 * 0.5, 1.0, warnings=1)
-    assert "'Layered'" in surface.warnings[0]
+    expect(surface, 0.8 * 0.5 * 0.75 * 0.5, 1.0, warnings=2)
+    assert all("'Layered'" in warning for warning in surface.warnings)
+    # What alpha leaves out, and the glass of what is there.
+    np.testing.assert_allclose(surface.passed, 0.5 + 0.5 * 0.5 * 0.25 * 0.8, rtol=1e-6)
 
 
 def test_add_shader_sums(read):
@@ -166,12 +168,22 @@ def test_an_empty_group_is_black_and_an_unknown_shader_told(read, blender):
     assert "'Grouped'" in surface.warnings[0]
 
 
-@pytest.mark.parametrize("kind", ['ShaderNodeBsdfGlass', 'ShaderNodeBsdfGlossy', 'ShaderNodeBsdfTransparent'])
-def test_what_is_not_diffuse_is_black_and_told(read, kind):
+@pytest.mark.parametrize(
+    ("kind", "reflectance", "passed"),
+    [
+        ('ShaderNodeBsdfGlossy', 0.0, 0.0),
+        ('ShaderNodeBsdfGlass', 0.0, 0.6),
+        ('ShaderNodeBsdfRefraction', 0.0, 0.6),
+        ('ShaderNodeBsdfTransparent', 0.0, 0.6),
+        ('ShaderNodeBsdfTranslucent', (0.45, 0.3, 0.15), 0.3),
+    ],
+)
+def test_what_is_not_diffuse_reflects_less_and_is_told(read, kind, reflectance, passed):
     material, output = node_material()
-    shader = material.node_tree.nodes.new(kind)
-    material.node_tree.links.new(shader.outputs[0], output.inputs[0])
-    expect(read(material), 0.0, 0.0, warnings=1)
+    add_shader(material, kind, output.inputs[0], Color=(0.9, 0.6, 0.3, 1.0))
+    surface = read(material)
+    expect(surface, reflectance, 0.0, warnings=1)
+    np.testing.assert_allclose(surface.passed, passed, rtol=1e-6)
 
 
 def test_the_active_output_counts(read):

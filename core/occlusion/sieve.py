@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which faces block where materials let a part of the light through: a face blocks wholly or not at all."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..scene import Scene
+
+# Shares of light between which the faces of a surface take turns; below all of them block, above none does.
+TURNS = (0.2, 0.8)
+# Fewer faces than this do not take turns: half of a window is no sieve.
+_ENOUGH = 64
+# Multiples of it, modulo one, fill every stretch of faces evenly.
+_GOLDEN = 0.6180339887498949
+# Reflectance of what lets light through that is not worth following.
+_FAINT = 0.1
+
+
+def blocking(passed: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Choose the faces that block, so that of many faces as large a share does as of the light.
+
+    Parameters
+    ----------
+    passed : ndarray of shape (f,)
+        Share of light that goes on behind each face, 0 to 1.
+
+    Returns
+    -------
+    ndarray of shape (f,)
+    """
+    blocks = passed < 0.5
+    partly = np.flatnonzero((passed > TURNS[0]) & (passed < TURNS[1]))
+    if len(partly) >= _ENOUGH:
+        blocks[partly] = passed[partly] <= (_GOLDEN * np.arange(len(partly))) % 1.0
+    return blocks
+
+
+def unnoticed(scene: Scene) -> NDArray[np.bool_]:
+    """Return the faces that light does not meet, shape (f,): they block nothing, emit nothing and hardly reflect.
+
+    What is seen through them fills their place; counted beside it, there would be more around than there is.
+    """
+    dark = ~scene.reflects | (scene.reflectance.max(axis=1, initial=0.0) <= _FAINT)
+    dark &= ~(scene.emits & scene.emission.any(axis=1))
+    clear: NDArray[np.bool_] = dark & ~scene.occludes & ~scene.shades
+    # Where there is nothing else, there is something to look at.
+    return clear & ~clear.all(where=scene.live)

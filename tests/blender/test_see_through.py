@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What lets light through does not keep it: panes, shades of glass, leaves and curtains with alpha."""
+
+import numpy as np
+import pytest
+
+from tests.blender.building import (
+    CUBE_FACES,
+    CUBE_VERTICES,
+    add_mesh,
+    add_room,
+    add_shader,
+    add_square,
+    colors,
+    glowing,
+    node_material,
+)
+
+
+def plain(name, kind, **values):
+    """Return a material of one shader."""
+    material, output = node_material(name)
+    add_shader(material, kind, output.inputs[0], **values)
+    return material
+
+
+@pytest.fixture
+def bake(extension, scene, blender):
+    """Give a function that bakes a room with a lamp inside, and in front of the lamp what is asked for."""
+
+    def bake(shade):
+        for obj in list(scene.objects):
+            blender.data.objects.remove(obj)
+        add_room(scene, "Room", glowing(0.5, 0.0))
+        light = blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", 'POINT'))
+        light.location = (0.5, 0.5, 0.5)
+        light.data.shadow_soft_size = 0.01
+        scene.collection.objects.link(light)
+        if shade is not None:
+            corners = 0.3 + 0.4 * np.array(CUBE_VERTICES)
+            add_mesh(scene, "Shade", corners, CUBE_FACES, shade)
+        scene.radiosity.quality = 'preview'
+        assert blender.ops.radiosity.bake() == {'FINISHED'}
+        return colors(scene.objects["Room"].data)[:, 0]
+
+    return bake
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        ('ShaderNodeBsdfGlass', {}),
+        ('ShaderNodeBsdfTransparent', {}),
+        ('ShaderNodeBsdfPrincipled', {"Transmission_Weight": 1.0, "Base_Color": (1.0, 1.0, 1.0, 1.0)}),
+        ('ShaderNodeBsdfPrincipled', {"Alpha": 0.0}),
+    ],
+)
+def test_a_lamp_in_a_clear_shade_lights_as_without_it(bake, kind, values):
+    np.testing.assert_allclose(bake(plain("Clear", kind, **values)), bake(None), rtol=0.02)
+
+
+def test_a_lamp_in_an_opaque_shade_lights_nothing(bake):
+    assert bake(plain("Opaque", 'ShaderNodeBsdfPrincipled')).max() < 1e-6
+
+
+def test_leaves_that_are_half_there_pass_half_of_the_sun(extension, scene, blender):
+    """A roof of many small squares, each with an image of which half is clear."""
+    image = blender.data.images.new("Half", 8, 8, alpha=True)
+    pixels = np.ones((8, 8, 4), np.float32)
+    pixels[:, :4, 3] = 0.0
+    image.pixels.foreach_set(pixels.ravel())
+    material, output = node_material("Leaf")
+    shader = add_shader(material, 'ShaderNodeBsdfPrincipled', output.inputs[0])
+    texture = material.node_tree.nodes.new('ShaderNodeTexImage')
+    texture.image = image
+    material.node_tree.links.new(texture.outputs["Alpha"], shader.inputs["Alpha"])
+    n = 40
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(n), np.arange(n)))
+    square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    at = (np.stack([x, y], axis=1)[:, None] + square).reshape(-1, 2) / n * 4.0 - 1.5
+    corners = np.column_stack([at, np.ones(len(at))])
+    roof = add_mesh(scene, "Roof", corners, np.arange(4 * n * n).reshape(-1, 4).tolist(), material)
+    layer = roof.data.uv_layers.new(name="UVMap")
+    layer.uv.foreach_set("vector", np.tile(square, (n * n, 1)).astype(np.float32).ravel())
+    floor = add_square(scene, "Floor", glowing(0.5, 0.0))
+    m = 24
+    floor.data.clear_geometry()
+    grid = [(i / m, j / m, 0.0) for j in range(m + 1) for i in range(m + 1)]
+    step = m + 1
+    cells = [(k, k + 1, k + 1 + step, k + step) for j in range(m) for k in range(j * step, j * step + m)]
+    floor.data.from_pydata(grid, [], cells)
+    sun = blender.data.objects.new("Sun", blender.data.lights.new("Sun", 'SUN'))
+    scene.collection.objects.link(sun)
+    scene.radiosity.light = 'direct'
+    lit = {}
+    for shown in (True, False):
+        roof.hide_render = shown
+        assert blender.ops.radiosity.bake() == {'FINISHED'}
+        lit[shown] = colors(floor.data)[:, 0].mean()
+    assert lit[False] == pytest.approx(0.5 * lit[True], rel=0.1)

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which faces block where materials let a part of the light through."""
+
+import numpy as np
+import pytest
+
+from core.occlusion.sieve import blocking
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.7])
+def test_of_many_faces_as_many_block_as_is_kept_of_the_light_wherever_they_are(share):
+    blocks = blocking(np.full(1000, share))
+    assert blocks.mean() == pytest.approx(1 - share, abs=0.01)
+    # In every row of some dozen faces, too.
+    assert blocks.reshape(-1, 50).mean(axis=1) == pytest.approx(1 - share, abs=0.05)
+
+
+def test_few_faces_do_what_most_of_the_light_does_and_so_do_those_that_are_nearly_clear_or_opaque():
+    np.testing.assert_array_equal(blocking(np.array([0.0, 0.3, 0.49, 0.5, 1.0])), [True, True, True, False, False])
+    many = blocking(np.concatenate([np.full(100, 0.5), np.full(100, 0.9), np.full(100, 0.1)]))
+    assert not many[100:200].any() and many[200:].all()
