@@ -3,11 +3,16 @@
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from core.bake import bake
 from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings
+
+# A machine that does other things, too, is no failure.
+settings.register_profile("unhurried", deadline=None)
+settings.load_profile("unhurried")
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 # Floor, ceiling, then four walls; counter-clockwise seen from inside.
