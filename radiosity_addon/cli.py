@@ -32,6 +32,7 @@ from .outputs import check_output, replacing
 from .picture import render_picture
 from .quiet import quiet
 from .text_import import build_objects
+from .wording import gathered
 
 DONE, FAILED, INTERRUPTED = 0, 1, 130
 PROGRESS_EVERY = 10.0  # seconds, within a stage
@@ -104,7 +105,7 @@ def _run(options: argparse.Namespace, settings: Settings, destination: Destinati
 
     bake = _bake(settings, destination)
     stops = _write(files, bake.report, options, destination)
-    for warning in bake.report["warnings"]:
+    for warning in gathered(bake.report["warnings"]):
         print(f"radiosity: warning: {warning}", file=sys.stderr)
     if not files:
         print(

@@ -12,10 +12,11 @@ from ..core.errors import RadiosityError
 from ..core.progress import Progress, exhaust
 from .baking import SceneBake, bake_scene
 from .properties import chosen_destination, core_settings
+from .wording import gathered
 
 TICK = 0.02  # seconds between two turns of a running bake
 BUDGET = 0.1  # seconds that a turn may take before the window gets its turn
-MOST_REPORTS = 10  # warnings that are shown as messages; all of them are in the panel
+MOST_REPORTS = 10  # warnings that are shown as messages
 
 
 class RADIOSITY_OT_bake(bpy.types.Operator):
@@ -59,6 +60,8 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         wm.progress_begin(0.0, 1.0)
         self._timer = wm.event_timer_add(TICK, window=context.window)
         wm.modal_handler_add(self)
+        # Workspaces whose status bar has told of the bake: the user may go from one to another meanwhile.
+        self._told: set[str] = set()
         self._tell(context, progress)
         return {'RUNNING_MODAL'}
 
@@ -76,8 +79,9 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         wm.event_timer_remove(self._timer)
         wm.radiosity.running = False
         wm.progress_end()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
+        for name in self._told:
+            if name in bpy.data.workspaces:
+                bpy.data.workspaces[name].status_text_set(None)
         _redraw(wm)
 
     def _turn(self, context: bpy.types.Context) -> set[str]:
@@ -102,13 +106,13 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         self._tell(context, progress)
         return {'PASS_THROUGH'}
 
-    @staticmethod
-    def _tell(context: bpy.types.Context, progress: Progress) -> None:
+    def _tell(self, context: bpy.types.Context, progress: Progress) -> None:
         wm = context.window_manager
         wm.radiosity.stage = progress.stage
         wm.radiosity.fraction = progress.fraction
         wm.progress_update(progress.fraction)
         sweep = f", iteration {progress.iteration}" if progress.iteration else ""
+        self._told.add(context.workspace.name)
         context.workspace.status_text_set(f"Radiosity: {progress.stage} {progress.fraction:.0%}{sweep}    Esc: Cancel")
         _redraw(wm)
 
@@ -116,17 +120,30 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
         """Report the figures, keep them for the panel, and show the colors where the button was pressed."""
         status = context.window_manager.radiosity
         status.figures = json.dumps(figures(done.report))
-        warnings = done.report["warnings"]
-        status.warnings = "\n".join(warnings)
+        status.warnings = "\n".join(done.report["warnings"])
+        warnings = gathered(done.report["warnings"])
+        status.gathered = "\n".join(warnings)
         for warning in warnings[:MOST_REPORTS]:
             self.report({'WARNING'}, warning)
         if len(warnings) > MOST_REPORTS:
-            self.report({'WARNING'}, f"{len(warnings) - MOST_REPORTS} more warnings are listed in the Radiosity panel")
+            self.report({'WARNING'}, f"{len(warnings) - MOST_REPORTS} more kinds of warnings: see the Radiosity panel")
         self.report({'INFO'}, sentence(done.report))
         space = getattr(context, "space_data", None)
         if space is not None and space.type == 'VIEW_3D':
             space.shading.color_type = 'VERTEX'
             space.shading.light = 'FLAT'  # the colors are the light; a second one on top would falsify them
+
+
+class RADIOSITY_OT_copy_warnings(bpy.types.Operator):
+    """Copy all warnings of the last bake to the clipboard, one in each line"""
+
+    bl_idname = "radiosity.copy_warnings"
+    bl_label = "Copy Warnings"
+    bl_options = {'INTERNAL'}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        context.window_manager.clipboard = context.window_manager.radiosity.warnings
+        return {'FINISHED'}
 
 
 def start_bake(context: bpy.types.Context) -> Generator[Progress, None, SceneBake]:
@@ -173,4 +190,4 @@ def _redraw(wm: bpy.types.WindowManager) -> None:
                     region.tag_redraw()
 
 
-register, unregister = bpy.utils.register_classes_factory((RADIOSITY_OT_bake,))
+register, unregister = bpy.utils.register_classes_factory((RADIOSITY_OT_bake, RADIOSITY_OT_copy_warnings))

@@ -6,7 +6,8 @@ import textwrap
 
 import bpy
 
-from .operators import RADIOSITY_OT_bake
+from .operators import RADIOSITY_OT_bake, RADIOSITY_OT_copy_warnings
+from .wording import counted
 
 MOST_WARNINGS = 20
 LETTER = 6.5  # width of a letter [pixels]
@@ -102,13 +103,19 @@ class RADIOSITY_PT_last_bake(_Sidebar, bpy.types.Panel):
             split = column.split(factor=0.4)
             split.label(text=label)
             split.label(text=text)
-        warnings = status.warnings.splitlines()
+        count = len(status.warnings.splitlines())
+        if not count:
+            return
+        row = self.layout.row()
+        row.label(text=counted(count, "Warning"), icon='ERROR')
+        row.operator(RADIOSITY_OT_copy_warnings.bl_idname, text="", icon='COPYDOWN')
+        warnings = status.gathered.splitlines()
         for warning in warnings[:MOST_WARNINGS]:
             column = self.layout.column(align=True)
             for index, line in enumerate(textwrap.wrap(warning, _letters(context))):
-                column.label(text=line, icon='BLANK1' if index else 'ERROR')
+                column.label(text=line, icon='BLANK1' if index else 'DOT')
         if len(warnings) > MOST_WARNINGS:
-            self.layout.label(text=f"{len(warnings) - MOST_WARNINGS} more warnings")
+            self.layout.label(text=f"And {len(warnings) - MOST_WARNINGS} more: copy them all")
 
 
 def _letters(context: bpy.types.Context) -> int:

@@ -72,7 +72,7 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
     )
     iterations: IntProperty(
         name="Iterations",
-        description="Most times that light is passed on; 1 is direct light only",
+        description="Most times that light is passed on; with few the light of late bounces is missing",
         default=DEFAULTS.iterations,
         min=1,
         soft_max=500,
@@ -156,6 +156,7 @@ class RADIOSITY_PG_status(bpy.types.PropertyGroup):
     fraction: FloatProperty(min=0.0, max=1.0, options={'SKIP_SAVE'})
     figures: StringProperty(options={'SKIP_SAVE'})
     warnings: StringProperty(options={'SKIP_SAVE'})
+    gathered: StringProperty(options={'SKIP_SAVE'})
 
 
 def core_settings(scene: bpy.types.Scene) -> Settings:

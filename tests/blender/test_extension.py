@@ -10,7 +10,7 @@ import pytest
 from tests.blender.building import add_square, glowing
 
 ROOT = Path(__file__).resolve().parents[2]
-OPERATORS = ("radiosity.bake", "import_scene.radiosity", "export_scene.radiosity")
+OPERATORS = ("radiosity.bake", "radiosity.copy_warnings", "import_scene.radiosity", "export_scene.radiosity")
 
 
 def operator(bpy, idname):
@@ -96,6 +96,21 @@ def test_panels_draw_before_during_and_after_a_bake(extension, blender, scene):
     draw("RADIOSITY_PT_last_bake")
     texts = [entry[2]["text"] for entry in drawn if entry[0] == "label"]
     assert texts[texts.index("Patches") + 1] == "2"
+    assert "1 Warning" in texts
+
+    for number in range(30):
+        add_square(scene, name=f"Bad {number}", z=2.0).data.attributes.new("Radiosity", 'FLOAT', 'POINT')
+    blender.ops.radiosity.bake()
+    drawn.clear()
+    draw("RADIOSITY_PT_last_bake")
+    texts = [entry[2]["text"] for entry in drawn if entry[0] == "label"]
+    # All are counted, and what is told of many is told once.
+    assert "61 Warnings" in texts
+    told = " ".join(texts)
+    assert told.count("has an attribute") == 1
+    assert "; likewise 29 more objects: 'Bad 1', 'Bad 2', 'Bad 3', …" in told
+    assert any(entry[1][:1] == ("radiosity.copy_warnings",) for entry in drawn if entry[0] == "operator")
+    assert len(status.warnings.splitlines()) == 61 and len(status.gathered.splitlines()) == 2
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "radiosity_addon").glob("*.py")), ids=lambda path: path.name)

@@ -135,6 +135,19 @@ def test_coordinates_that_are_no_numbers_cost_nothing_but_a_warning(bake, scene,
     assert baked(blender)[:, 0].min() > 0.0 and baked(blender)[:, 1].max() == 0.0
 
 
+def test_the_same_told_of_many_is_told_once_and_counted(extension):
+    gathered = importlib.import_module(f"{extension.__name__}.radiosity_addon.wording").gathered
+    same = [f"Object '{name}': {number} faces without area are skipped" for number, name in enumerate("ABCDE", 2)]
+    few = [f"Material '{name}': its gloss is ignored" for name in "ABC"]
+    others = ["Object 'F': 1 face without area is skipped", "50.0% of the colors are brighter than 1", "One 'A': two"]
+    told = gathered([*same[:2], *few, *others, *same[2:]])
+    assert told == [
+        "Object 'A': 2 faces without area are skipped; likewise 4 more objects: 'B', 'C', 'D', …",
+        *few,
+        *others,
+    ]
+
+
 def test_nothing_that_receives_is_said(bake, scene, blender):
     for obj in lit_pair(scene):
         obj.radiosity.receive = False
