@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import RadiosityError
 
 FloatArray = NDArray[np.float64]
+SingleArray = NDArray[np.float32]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
@@ -77,3 +78,31 @@ def indices(name: str, values: ArrayLike, length: int | None) -> IntArray:
     if not np.all(np.isfinite(numbers)) or np.any(numbers != np.floor(numbers)) or np.any(np.abs(numbers) > 2**53):
         raise RadiosityError(f"{name} must be whole numbers")
     return numbers.astype(np.int64)
+
+
+def one_each(name: str, values: ArrayLike, length: int) -> FloatArray:
+    """Copy one number for each face; NaN is one, too.
+
+    Parameters
+    ----------
+    name : str
+        What they are, for messages.
+    values : array_like
+        Numbers.
+    length : int
+        How many there must be.
+
+    Returns
+    -------
+    ndarray of shape (length,)
+        Float64.
+
+    Raises
+    ------
+    RadiosityError
+        When they have another shape.
+    """
+    numbers = np.array(values, dtype=np.float64)
+    if numbers.shape != (length,):
+        raise RadiosityError(f"{name} must have one value for each of the {length} faces")
+    return numbers

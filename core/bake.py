@@ -6,11 +6,9 @@ from collections.abc import Generator
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from .arrays import FloatArray
 from .errors import RadiosityError
-from .facing.sides import Surroundings, choose_sides, island_counts
+from .facing.sides import choose_sides, island_counts
 from .memory import peak_memory
 from .meshing import Patches, mesh
 from .methods import METHODS, Solved
@@ -20,9 +18,7 @@ from .scene import AUTO, Scene
 from .settings import Settings
 from .shading import corner_colours
 from .solution import Solution
-from .visibility import scene_occluders
-
-FloatArray = NDArray[np.float64]
+from .visibility import Surroundings, scene_occluders
 
 # Row sums above this are worth a warning; in corners the centre kernel reaches 1.24 whatever the meshing.
 ROW_SUM_LIMIT = 1.5

@@ -11,8 +11,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from .arrays import BoolArray, FloatArray, IntArray
 from .errors import RadiosityError
-from .scene import BOTH, BoolArray, FloatArray, IntArray, Scene
+from .scene import BOTH, Scene
 from .triangulation import Pieces
 
 # More patches than this are a slip of the keyboard: they would take gigabytes before the first ray is shot.

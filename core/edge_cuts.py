@@ -82,7 +82,7 @@ def edge_cuts(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: in
     base = len(scene.vertices)
     ends = scene.corner_vertex[whole.corner]
     one = np.concatenate([scene.corner_vertex, ends.ravel()])
-    other = np.concatenate([scene.corner_vertex[following_corner(scene)], np.roll(ends, -1, axis=1).ravel()])
+    other = np.concatenate([scene.corner_vertex[scene.following_corner], np.roll(ends, -1, axis=1).ravel()])
     face = np.concatenate([scene.corner_face, np.repeat(whole.face, 4)])
     key, found = np.unique(np.minimum(one, other) * base + np.maximum(one, other), return_inverse=True)
     found = found.reshape(-1)
@@ -104,13 +104,6 @@ def edge_cuts(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: in
     outer[found[: len(scene.corner_vertex)]] = True
     first = base + np.cumsum(parts - 1) - (parts - 1)
     return EdgeCuts(np.where(swap, high, low), np.where(swap, low, high), parts, first, outer, key, base)
-
-
-def following_corner(scene: Scene) -> IntArray:
-    """Return the next corner of the face of each corner, shape (c,)."""
-    following = np.arange(1, len(scene.corner_vertex) + 1)
-    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
-    return following
 
 
 def counted(count: IntArray) -> tuple[IntArray, IntArray]:

@@ -2,9 +2,8 @@
 """From scene-referred radiance to what a screen can show: exposure in stops, then [0, 1] (T10)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from .arrays import BoolArray, FloatArray
 
 # Relative luminance of linear Rec. 709 primaries, Blender's own.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -52,7 +51,7 @@ def scaled(radiance: FloatArray, stops: float = 0.0) -> FloatArray:
     return np.clip(np.where(np.isnan(exposed), 0.0, exposed), 0.0, np.finfo(np.float32).max)
 
 
-def automatic_exposure(radiance: FloatArray, emitting: NDArray[np.bool_] | None = None) -> float:
+def automatic_exposure(radiance: FloatArray, emitting: BoolArray | None = None) -> float:
     """Return an exposure that shows nearly all of what is lit below white.
 
     Parameters

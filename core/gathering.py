@@ -11,13 +11,11 @@ anyway, or else it would not be direct light.
 from collections.abc import Generator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .progress import Progress
 from .solution import Solution
 from .transport import DenseTransport, Transport
-
-FloatArray = NDArray[np.float64]
 
 # Blocks of an in-place sweep.
 BLOCKS = 16

@@ -13,15 +13,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import BoolArray, FloatArray, IntArray
 from .errors import RadiosityError
 from .exact.convex_parts import plane_axes
 from .form_factors import points_to_polygons
 from .lambert import cross
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Right, up and forward of the five faces, in a frame whose third axis is the normal; side faces are their upper half.
 FACES = np.array(
@@ -91,7 +88,7 @@ class Hemicube:
         polygon, front = self.seen(point, normal, polygons)
         return np.bincount(polygon[front], self.deltas[front], minlength=len(polygons)).astype(float)
 
-    def seen(self, point: FloatArray, normal: FloatArray, polygons: FloatArray) -> tuple[IntArray, NDArray[np.bool_]]:
+    def seen(self, point: FloatArray, normal: FloatArray, polygons: FloatArray) -> tuple[IntArray, BoolArray]:
         """Return which polygon is the nearest in every pixel, in the order of `deltas`.
 
         Parameters

@@ -18,6 +18,8 @@ form-factors, SIGGRAPH 1989.
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import BoolArray
+
 Floats = NDArray[np.floating]
 
 # Edges seen under a wider angle than this cosine's are left to the careful kernel: the point is close to the edge.
@@ -29,7 +31,7 @@ IN_PLANE = {np.dtype(np.float32): 1e-5, np.dtype(np.float64): 1e-8}
 TINY = 1e-300
 
 
-def edge_sums(squared: Floats, height: Floats, dots: Floats, triple: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def edge_sums(squared: Floats, height: Floats, dots: Floats, triple: Floats) -> tuple[Floats, BoolArray]:
     """Return Lambert's sum and which pairs it is not good enough for, because they cross the horizon or are close.
 
     Parameters
@@ -133,7 +135,7 @@ def careful_factors(x: Floats, n: Floats, corners: Floats, in_plane: float) -> F
     return factors
 
 
-def _clip_at_horizon(n: Floats, a: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def _clip_at_horizon(n: Floats, a: Floats) -> tuple[Floats, Floats, BoolArray]:
     """Return the edges of polygons clipped at the horizon: starts and ends of shape (3, 5, b), and which there are."""
     b = a[:, [1, 2, 3, 0]]
     height_a = dot(n[:, None], a)
@@ -149,7 +151,7 @@ def _clip_at_horizon(n: Floats, a: Floats) -> tuple[Floats, Floats, NDArray[np.b
     return start, end, np.concatenate((~(below_a & below_b), crosses.any(axis=0)[None]))
 
 
-def _lift_off_plane(x: Floats, n: Floats, corners: Floats, in_plane: float) -> tuple[NDArray[np.bool_], Floats]:
+def _lift_off_plane(x: Floats, n: Floats, corners: Floats, in_plane: float) -> tuple[BoolArray, Floats]:
     """Return which points see the polygon's front, and the points with those in its plane lifted off it a little."""
     diagonal, other = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     plane = cross(diagonal, other)

@@ -5,20 +5,56 @@ Nothing is refused for one bad vertex among a million: its faces are left out, a
 Who asks gets told which faces those were.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray
+from .owners import Owners, faces
+from .polygons import Polygons
 
 # Products of lengths must not overflow [m].
 FARTHEST = 1e12
 # Radiant exitance that sums and products have room above [W/m^2].
 BRIGHTEST = 1e15
+# Length of a normal below which it points nowhere.
+_SHORTEST = 1e-30
 
 
 def faces_with(corners: BoolArray, face_start: IntArray) -> BoolArray:
     """Return the faces that have a marked corner, shape (f,)."""
     marked = np.concatenate([[0], np.cumsum(corners)])
     return np.asarray(marked[face_start[1:]] > marked[face_start[:-1]])
+
+
+def mended_polygons(polygons: Polygons, owners: Owners) -> tuple[Polygons, BoolArray]:
+    """Refuse faces that are none, and take out the vertices that are nowhere.
+
+    Parameters
+    ----------
+    polygons : Polygons
+        In world space.
+    owners : Owners
+        Of the faces.
+
+    Returns
+    -------
+    polygons : Polygons
+        All vertices are finite.
+    lost : ndarray of shape (f,)
+        Faces that have no area any more.
+
+    Raises
+    ------
+    RadiosityError
+        Where a face has fewer than three corners, or one that is no vertex.
+    """
+    vertices, corner_vertex, face_start = polygons.vertices, polygons.corner_vertex, polygons.face_start
+    owners.refuse(np.diff(face_start) < 3, "a face needs three corners or more")
+    outside = (corner_vertex < 0) | (corner_vertex >= len(vertices))
+    owners.refuse(faces_with(outside, face_start), f"a corner lies outside the {len(vertices)} vertices")
+    vertices, corner_vertex, lost = mended_positions(vertices, corner_vertex, face_start)
+    return Polygons(vertices, corner_vertex, face_start), lost
 
 
 def mended_positions(
@@ -84,3 +120,55 @@ def mended_light(values: FloatArray, most: float) -> tuple[FloatArray, BoolArray
     none = ~np.isfinite(values) | (values < 0)
     above = np.where(none, 0.0, values) > most
     return np.minimum(np.where(none, 0.0, values), most), none.any(axis=1), above.any(axis=1)
+
+
+def mended_normals(normals: FloatArray, instead: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Bring normals to unit length, and take out those that have none.
+
+    Parameters
+    ----------
+    normals : ndarray of shape (c, 3)
+        Of any length.
+    instead : ndarray of shape (c, 3)
+        What to take for those that are zero or no numbers.
+
+    Returns
+    -------
+    normals : ndarray of shape (c, 3)
+    none : ndarray of shape (c,)
+        Those that were not finite numbers.
+    """
+    # Neither overflows nor vanishes.
+    with np.errstate(invalid="ignore", over="ignore"):
+        normals = normals / np.maximum(np.abs(normals).max(axis=1, initial=0.0), _SHORTEST)[:, None]
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+    none = ~np.isfinite(length[:, 0])
+    usable = (length > 0) & ~none[:, None]
+    return np.where(usable, normals / np.where(usable, length, 1.0), instead), none
+
+
+def skipped_faces(owners: Owners, lost: BoolArray, flat: BoolArray, told: Sequence[str]) -> list[str]:
+    """Tell which objects have faces that get no light.
+
+    Parameters
+    ----------
+    owners : Owners
+        Of the faces.
+    lost, flat : ndarray of shape (f,)
+        Faces with a vertex that was nowhere, and other ones without area.
+    told : sequence of str
+        Warnings that there have been; who stands there is not told of again.
+
+    Returns
+    -------
+    list of str
+        A line for each object and reason.
+    """
+    lines = []
+    for what, bad in {f"with a vertex at no finite place within {FARTHEST:g} m": lost, "without area": flat}.items():
+        for name, count in owners.counts(bad):
+            start, end = f"Object '{name}': ", "skipped"
+            # A changed scene has been told of when it was built: there its lost faces have no area.
+            if not any(line.startswith(start) and line.endswith(end) for line in told):
+                lines.append(f"{start}{faces(count)} {what} {'is' if count == 1 else 'are'} {end}")
+    return lines

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import FloatArray, IntArray
 from .cutting import Cut, check_count, cut, grid
 from .errors import RadiosityError
 from .occlusion.sieve import unnoticed
 from .paint.paint import Paint
-from .scene import AUTO, BACK, FRONT, FloatArray, IntArray, Scene
+from .scene import AUTO, BACK, FRONT, Scene
 from .triangulation import pieces
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .dense.columns import column_transport
 from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
@@ -30,8 +30,6 @@ from .shooting import shooting
 from .solution import Solution
 from .transport import MOST_SENT, dense_transport, reciprocity_error
 from .visibility import Surroundings
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
+from .arrays import FloatArray
 
 T = TypeVar("T")
 
@@ -41,7 +40,7 @@ class Progress:
     iteration: int = 0
     residual: float = float("nan")
     unshot: float = float("nan")
-    radiosity: NDArray[np.float64] | None = None
+    radiosity: FloatArray | None = None
     memory: int = 0
 
 

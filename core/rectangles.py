@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .arrays import FloatArray
 from .errors import RadiosityError
 from .mending import FARTHEST
-from .scene import FLAT, SMALLEST, FloatArray, Scene
+from .polygons import FLAT, SMALLEST
+from .scene import Scene
 
 SURFACE, EMITTER = "R", "E"
 

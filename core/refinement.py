@@ -18,7 +18,7 @@ import numpy as np
 from .anchoring import INSIDE, Cells, Pattern, anchored, quad_pattern, triangle_patterns
 from .arrays import BoolArray, FloatArray, IntArray
 from .cutting import PATCH_LIMIT
-from .edge_cuts import EdgeCuts, counted, edge_cuts, following_corner
+from .edge_cuts import EdgeCuts, counted, edge_cuts
 from .errors import RadiosityError
 from .scene import Scene
 from .triangulation import pieces
@@ -172,7 +172,7 @@ def _joined(scene: Scene, cuts: EdgeCuts, patterns: list[Pattern], keep: BoolArr
 def _outlines(scene: Scene, cuts: EdgeCuts, keep: BoolArray) -> _Faces:
     """Return the faces that are kept, with the cuts of their edges as corners."""
     corner = np.flatnonzero(keep[scene.corner_face])
-    following = following_corner(scene)[corner]
+    following = scene.following_corner[corner]
     one, other = scene.corner_vertex[corner], scene.corner_vertex[following]
     parts = np.where(one == other, 1, cuts.parts[cuts.find(one, other)])
     owner, step = counted(parts)

@@ -6,12 +6,10 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .scene import Scene
 from .solution import Solution
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

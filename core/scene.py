@@ -1,41 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The polygons that exchange light: `Scene`, in world space and metres, checked when it is built.
 
-Faces are kept like Blender's: corners in one long list, each with its vertex, and the first corner of every face.
 What can be put right becomes a warning that names the object (`mending`); everything else raises `RadiosityError`.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import BoolArray, FloatArray, IntArray, indices, table
+from .arrays import BoolArray, FloatArray, IntArray, indices, one_each, table
 from .errors import RadiosityError
-from .mending import BRIGHTEST, FARTHEST, faces_with, mended_light, mended_positions
+from .mending import BRIGHTEST, faces_with, mended_light, mended_normals, mended_polygons, skipped_faces
+from .owners import Owners
 from .paint.paint import Paint
+from .polygons import Polygons, checked_polygons
 
 if TYPE_CHECKING:
     from .lighting.lamps import Lamp
-
-__all__ = ["AUTO", "BACK", "BOTH", "FLAT", "FRONT", "SMALLEST", "BoolArray", "FloatArray", "IntArray"]
-__all__ += ["Scene"]
 
 AUTO, FRONT, BACK, BOTH = 0, 1, 2, 3
 
 # A closed scene that loses nothing has no solution, and one that loses little needs endless bounces.
 REFLECTANCE_LIMIT = 0.99
-# Area over squared extent below which a face is a line: Blender's single precision cannot tell the two apart.
-FLAT = 1e-7
-# Products of lengths must not vanish [m].
-SMALLEST = 1e-30
+# A limit that came through single precision is not worth a warning.
+_SLACK = 1e-6
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Scene:
+class Scene(Polygons):
     """Polygons with reflectance and emission.
 
     All arrays are copied and read-only; `dataclasses.replace` makes a changed scene and checks it again.
@@ -77,9 +72,6 @@ class Scene:
         What was put right or left out, one line each, without repeats.
     """
 
-    vertices: FloatArray
-    corner_vertex: IntArray
-    face_start: IntArray
     reflectance: FloatArray
     emission: FloatArray
     corner_normals: FloatArray
@@ -126,48 +118,23 @@ class Scene:
             When shapes or indices do not fit, or a choice is none.
         """
         # Topology first: it says how long everything else has to be, and which object to name.
-        self._keep("vertices", table("vertices", vertices, None))
-        self._keep("corner_vertex", indices("corner_vertex", corner_vertex, None))
-        self._keep("face_start", indices("face_start", face_start, None))
-        starts, n_corners = self.face_start, len(self.corner_vertex)
-        if len(starts) < 1 or starts[0] != 0 or starts[-1] != n_corners or np.any(np.diff(starts) < 0):
-            raise RadiosityError(f"face_start must run from 0 up to the number of corners, {n_corners}")
-        n_faces = len(starts) - 1
+        given = checked_polygons(vertices, corner_vertex, face_start)
+        n_faces = len(given.face_start) - 1
         self._keep("object_names", tuple(object_names))
         self._keep("face_object", indices("face_object", _or(face_object, np.zeros(n_faces)), n_faces))
         if np.any((self.face_object < 0) | (self.face_object >= len(self.object_names))):
             raise RadiosityError(f"face_object must index the {len(self.object_names)} object names")
-        self._check_faces()
-        vertices, corner_vertex, lost = mended_positions(self.vertices, self.corner_vertex, starts)
-        self._keep("vertices", vertices)
-        self._keep("corner_vertex", corner_vertex)
+        polygons, lost = mended_polygons(given, self.owners)
+        for name in ("vertices", "corner_vertex", "face_start"):
+            self._keep(name, getattr(polygons, name))
 
-        # Surfaces, face by face.
         notes = list(warnings)
-        # A limit that came through single precision is not worth a warning.
-        self._keep("reflectance", self._mended("reflectance", reflectance, REFLECTANCE_LIMIT, 1e-6, notes))
-        self._keep("emission", self._mended("emission", emission, BRIGHTEST, 0.0, notes))
-        shown = indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
-        self._refuse((shown < AUTO) | (shown > BOTH), "sides must be 0 (auto), 1 (front), 2 (back) or 3 (both)")
-        self._keep("sides", shown.astype(np.uint8))
-        self._keep("divisions", indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
-        self._keep("lamps", tuple(lamps))
-        self._keep("paint", paint.checked(n_faces, n_corners, REFLECTANCE_LIMIT) if paint is not None else None)
-        self._refuse(self.divisions < 1, "divisions must be 1 or more")
-        self._keep("max_edge", _one_each("max_edge", _or(max_edge, np.full(n_faces, np.nan)), n_faces))
-        self._refuse(~(np.isnan(self.max_edge) | (self.max_edge > 0)), "max_edge must be a length above zero")
+        self._keep_surfaces(reflectance, emission, sides, divisions, max_edge, paint, notes)
         for name, part in {"occludes": occludes, "shades": shades, "reflects": reflects, "emits": emits}.items():
-            self._keep(name, _one_each(name, _or(part, np.ones(n_faces)), n_faces).astype(np.bool_))
-        self._keep("corner_normals", self._mended_normals(corner_normals, notes))
-        for what, bad in {
-            f"with a vertex at no finite place within {FARTHEST:g} m": lost,
-            "without area": ~self.live & ~lost,
-        }.items():
-            for name, count in self._per_object(bad):
-                line = f"Object '{name}': {_faces(count)} {what} {'is' if count == 1 else 'are'} skipped"
-                # A changed scene has been told of when it was built: there its lost faces have no area.
-                if not any(_skips(told, name) for told in warnings):
-                    notes.append(line)
+            self._keep(name, one_each(name, _or(part, np.ones(n_faces)), n_faces).astype(np.bool_))
+        self._keep("lamps", tuple(lamps))
+        self._keep_normals(corner_normals, notes)
+        notes.extend(skipped_faces(self.owners, lost, ~self.live & ~lost, told=warnings))
         self._keep("warnings", tuple(dict.fromkeys(notes)))
 
     @classmethod
@@ -204,10 +171,10 @@ class Scene:
             raise RadiosityError("reflectance and emission: one value, one colour, or one colour a polygon") from error
         return cls(vertices, corner_vertex.reshape(-1), start, rho, exitance, **fields)
 
-    @cached_property
-    def corner_face(self) -> IntArray:
-        """Return the face of each corner, shape (c,)."""
-        return np.repeat(np.arange(len(self.face_start) - 1), np.diff(self.face_start))
+    @property
+    def owners(self) -> Owners:
+        """Return which object each face belongs to, for messages."""
+        return Owners(self.object_names, self.face_object)
 
     @property
     def corner_reflectance(self) -> FloatArray:
@@ -223,115 +190,54 @@ class Scene:
             return self.paint.corner_emission.astype(np.float64)
         return np.asarray(self.emission[self.corner_face])
 
-    @cached_property
-    def area_vector(self) -> FloatArray:
-        """Return Newell's vector area of each face, shape (f, 3) [m^2]: exact for any shape, planar or not."""
-        # Relative to the face's own first corner, so that a face far from the origin keeps its digits.
-        arm = self._arms
-        following = np.arange(1, len(arm) + 1)
-        following[self.face_start[1:] - 1] = self.face_start[:-1]
-        twice = np.add.reduceat(np.cross(arm, arm[following]), self.face_start[:-1], axis=0)
-        return np.asarray(0.5 * twice)
-
-    @cached_property
-    def face_area(self) -> FloatArray:
-        """Return the area of each face, shape (f,) [m^2]; of a non-planar one, as seen along its normal."""
-        return np.asarray(np.linalg.norm(self.area_vector, axis=1))
-
-    @cached_property
-    def face_extent(self) -> FloatArray:
-        """Return the diagonal of each face's bounding box, shape (f,) [m]."""
-        arm, first = self._arms, self.face_start[:-1]
-        span = np.maximum.reduceat(arm, first, axis=0) - np.minimum.reduceat(arm, first, axis=0)
-        return np.asarray(np.linalg.norm(span, axis=1))
-
-    @cached_property
-    def live(self) -> BoolArray:
-        """Return which faces have an area, shape (f,); the others keep their corners but get no patches."""
-        return (self.face_area > FLAT * self.face_extent**2) & (self.face_extent > SMALLEST)
-
-    @cached_property
-    def face_normal(self) -> FloatArray:
-        """Return the unit normal of each face, shape (f, 3); zero for a face without area."""
-        size = np.where(self.live, self.face_area, np.inf)
-        return np.asarray(self.area_vector / size[:, None])
-
-    @property
-    def _arms(self) -> FloatArray:
-        """Return each corner as seen from the first corner of its face, shape (c, 3) [m]."""
-        position = self.vertices[self.corner_vertex]
-        return np.asarray(position - position[self.face_start[self.corner_face]])
-
     def _keep(self, name: str, value: Any) -> None:
         """Set a field of the frozen dataclass; arrays become read-only."""
         if isinstance(value, np.ndarray):
             value.setflags(write=False)
         object.__setattr__(self, name, value)
 
-    def _per_object(self, bad: BoolArray) -> list[tuple[str, int]]:
-        """Return (object name, number of faces) for the objects that have faces marked."""
-        objects, counts = np.unique(self.face_object[bad], return_counts=True)
-        return [(self.object_names[index], int(count)) for index, count in zip(objects, counts, strict=True)]
+    def _keep_surfaces(
+        self,
+        reflectance: ArrayLike,
+        emission: ArrayLike,
+        sides: ArrayLike | None,
+        divisions: ArrayLike | None,
+        max_edge: ArrayLike | None,
+        paint: Paint | None,
+        notes: list[str],
+    ) -> None:
+        """Keep what there is of each face, and note what was put right."""
+        n_faces, owners = len(self.face_object), self.owners
+        self._keep("reflectance", self._light("reflectance", reflectance, REFLECTANCE_LIMIT, _SLACK, notes))
+        self._keep("emission", self._light("emission", emission, BRIGHTEST, 0.0, notes))
+        shown = indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
+        owners.refuse((shown < AUTO) | (shown > BOTH), "sides must be 0 (auto), 1 (front), 2 (back) or 3 (both)")
+        self._keep("sides", shown.astype(np.uint8))
+        self._keep("divisions", indices("divisions", _or(divisions, np.ones(n_faces)), n_faces))
+        n_corners = len(self.corner_vertex)
+        self._keep("paint", paint.checked(n_faces, n_corners, REFLECTANCE_LIMIT) if paint is not None else None)
+        owners.refuse(self.divisions < 1, "divisions must be 1 or more")
+        self._keep("max_edge", one_each("max_edge", _or(max_edge, np.full(n_faces, np.nan)), n_faces))
+        owners.refuse(~(np.isnan(self.max_edge) | (self.max_edge > 0)), "max_edge must be a length above zero")
 
-    def _refuse(self, bad: BoolArray, what: str) -> None:
-        """Raise for the first object with a marked face."""
-        for name, count in self._per_object(bad):
-            raise RadiosityError(f"Object '{name}': {what} ({_faces(count)})")
-
-    def _check_faces(self) -> None:
-        """Refuse faces with fewer than three corners or with corners that are not vertices."""
-        self._refuse(np.diff(self.face_start) < 3, "a face needs three corners or more")
-        outside = (self.corner_vertex < 0) | (self.corner_vertex >= len(self.vertices))
-        self._refuse(faces_with(outside, self.face_start), f"a corner lies outside the {len(self.vertices)} vertices")
-
-    def _mended(self, what: str, values: ArrayLike, most: float, slack: float, notes: list[str]) -> FloatArray:
+    def _light(self, what: str, values: ArrayLike, most: float, slack: float, notes: list[str]) -> FloatArray:
         """Return reflectance or emission as it can be computed with, and note what was not."""
         given = table(what, values, len(self.face_object))
         mended, none, _ = mended_light(given, most)
         _, _, above = mended_light(given, most + slack)
-        for bad, how in (
-            (none, "that is negative or not a finite number is taken as 0"),
-            (above, f"above {most:g} is taken as {most:g}"),
-        ):
-            for name, count in self._per_object(bad):
-                notes.append(f"Object '{name}': {what} {how} ({_faces(count)})")
+        notes.extend(self.owners.lines(none, f"{what} that is negative or not a finite number is taken as 0"))
+        notes.extend(self.owners.lines(above, f"{what} above {most:g} is taken as {most:g}"))
         return mended
 
-    def _mended_normals(self, corner_normals: ArrayLike | None, notes: list[str]) -> FloatArray:
-        """Return unit corner normals; the face's own where none, a zero one or no number is given."""
-        flat = self.face_normal[self.corner_face]
-        if corner_normals is None:
-            return flat
-        normals = table("corner_normals", corner_normals, len(flat))
-        # Neither overflows nor vanishes.
-        with np.errstate(invalid="ignore", over="ignore"):
-            normals = normals / np.maximum(np.abs(normals).max(axis=1, initial=0.0), SMALLEST)[:, None]
-            length = np.linalg.norm(normals, axis=1, keepdims=True)
-        bad = ~np.isfinite(length[:, 0])
-        for name, count in self._per_object(faces_with(bad & self.live[self.corner_face], self.face_start)):
-            notes.append(
-                f"Object '{name}': normals that are not finite numbers are replaced by the face's ({_faces(count)})"
-            )
-        usable = (length > 0) & ~bad[:, None]
-        return np.where(usable, normals / np.where(usable, length, 1.0), flat)
-
-
-def _faces(count: int) -> str:
-    """Return a count of faces in words."""
-    return f"{count} face" if count == 1 else f"{count} faces"
-
-
-def _skips(line: str, name: str) -> bool:
-    """Return whether a warning tells that faces of an object are skipped."""
-    return line.startswith(f"Object '{name}': ") and line.endswith("skipped")
-
-
-def _one_each(name: str, values: ArrayLike, length: int) -> FloatArray:
-    """Return one number for each face; NaN is one, too."""
-    numbers = np.array(values, dtype=np.float64)
-    if numbers.shape != (length,):
-        raise RadiosityError(f"{name} must have one value for each of the {length} faces")
-    return numbers
+    def _keep_normals(self, corner_normals: ArrayLike | None, notes: list[str]) -> None:
+        """Keep unit corner normals; the face's own where none, a zero one or no number is given."""
+        normals = self.face_normal[self.corner_face]
+        if corner_normals is not None:
+            normals, none = mended_normals(table("corner_normals", corner_normals, len(normals)), normals)
+            bad = faces_with(none & self.live[self.corner_face], self.face_start)
+            what = "normals that are not finite numbers are replaced by the face's"
+            notes.extend(self.owners.lines(bad, what))
+        self._keep("corner_normals", normals)
 
 
 def _or(values: ArrayLike | None, default: ArrayLike) -> ArrayLike:

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
+from .arrays import FloatArray
 from .errors import RadiosityError
 from .rectangles import EMITTER, SURFACE, Rectangle, check_rectangle, quoted, rectangles_to_scene
-from .scene import FloatArray
 
 __all__ = [
     "EMITTER",

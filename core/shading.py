@@ -8,13 +8,10 @@ emission then give the colour, such as the radiance L = (E + rho H) / pi.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import BoolArray, FloatArray, IntArray
 from .meshing import Patches
 from .scene import BACK, Scene
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Unit normals that differ by less are one: single precision and rounding, not a bend [rad].
 SAME_NORMAL = 1e-3
@@ -76,17 +73,13 @@ def corner_angles(scene: Scene) -> FloatArray:
 
     As weights they make a vertex's mean independent of how its faces are cut into triangles.
     """
-    corner = np.arange(len(scene.corner_vertex))
-    following, previous = corner + 1, corner - 1
-    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
-    previous[scene.face_start[:-1]] = scene.face_start[1:] - 1
     position = scene.vertices[scene.corner_vertex]
-    ahead, behind = position[following] - position, position[previous] - position
+    ahead, behind = position[scene.following_corner] - position, position[scene.preceding_corner] - position
     sine = np.linalg.norm(np.cross(ahead, behind), axis=1)
     return np.asarray(np.arctan2(sine, np.einsum("ij,ij->i", ahead, behind)))
 
 
-def vertex_means(colours: FloatArray, weight: FloatArray, corner_vertex: NDArray[np.int64], count: int) -> FloatArray:
+def vertex_means(colours: FloatArray, weight: FloatArray, corner_vertex: IntArray, count: int) -> FloatArray:
     """Average the colours of the corners at each vertex.
 
     Parameters
@@ -172,7 +165,7 @@ def _groups(place: IntArray, normals: FloatArray) -> IntArray:
     return np.asarray(np.unique(group, return_inverse=True)[1]).reshape(-1)
 
 
-def _means(group: IntArray, patches: Patches, irradiance: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _means(group: IntArray, patches: Patches, irradiance: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Return the mean irradiance of each group's patches, shape (g, 3), and which groups have any."""
     groups = int(np.max(group, initial=-1)) + 1
     at = group[patches.touch_corner]

@@ -14,13 +14,11 @@ generation, SIGGRAPH 1988.
 from collections.abc import Generator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray
 from .progress import Progress
 from .solution import Solution
 from .transport import Transport
-
-FloatArray = NDArray[np.float64]
 
 STAGE = "Shooting light"
 

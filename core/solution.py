@@ -3,8 +3,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+from .arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +26,9 @@ class Solution:
         The part of the irradiance that comes straight from what emits [W/m^2], where the solver was asked for it.
     """
 
-    radiosity: NDArray[np.float64]
-    irradiance: NDArray[np.float64]
+    radiosity: FloatArray
+    irradiance: FloatArray
     iterations: int
     converged: bool
     residual: float
-    direct: NDArray[np.float64] | None = None
+    direct: FloatArray | None = None

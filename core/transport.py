@@ -16,10 +16,10 @@ from functools import partial
 from typing import Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import FloatArray, IntArray, SingleArray
 from .dense.blocks import block
-from .dense.exchange import Exchange, SingleArray, exchange
+from .dense.exchange import Exchange, exchange
 from .dense.hemicube_rows import Views, hemicube_rows, hemicube_views
 from .dense.shafts import GROUP_SIZE
 from .errors import RadiosityError
@@ -29,8 +29,6 @@ from .occlusion.surfaces import Occluding
 from .progress import Progress
 from .visibility import Occluders
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 S = TypeVar("S")
 R = TypeVar("R")
 # Patches j and A_i F_ij to each, then the number of segments tested for visibility.

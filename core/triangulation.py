@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .scene import FLAT, BoolArray, FloatArray, IntArray, Scene
+from .arrays import BoolArray, FloatArray, IntArray
+from .polygons import FLAT
+from .scene import Scene
 
 # Twice the area, in faces scaled to an extent of 1, up to which a triangle is a line: even patches a thousandth as high
 # as what is left stand out from rounding, so that each has a normal.

@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import BoolArray, FloatArray, IntArray
 from .occlusion.blender_tree import BVHOccluders
 from .occlusion.brute_force import BruteForceOccluders
 from .occlusion.streams import StreamOccluders
@@ -24,10 +24,6 @@ if TYPE_CHECKING:
     from .meshing import Patches
     from .scene import Scene
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
-
 # Streams want segments: half as many as there are triangles, or as many as are enough for any tree; measured.
 FEW, ENOUGH = 0.5, 2048
 
@@ -35,7 +31,7 @@ FEW, ENOUGH = 0.5, 2048
 class Occluders(Protocol):
     """Something that blocks light; safe to ask from several threads."""
 
-    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+    def blocked(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return for each segment whether a surface crosses it strictly between its ends.
 
         Parameters
@@ -54,7 +50,7 @@ class Occluders(Protocol):
 class Surroundings(Occluders, Protocol):
     """Occluders that also tell what a ray meets first."""
 
-    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
+    def nearest(self, origins: FloatArray, directions: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return face, distance and whether the front was hit; see `BruteForceOccluders.nearest`."""
         ...
 
@@ -110,7 +106,7 @@ class SurfaceOccluders:
         except ModuleNotFoundError:
             return BruteForceOccluders(self._occluding)
 
-    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+    def blocked(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
         enough = len(origins) >= min(FEW * len(self._occluding.triangles), ENOUGH)
         # Outside Blender there are streams for everything, except for what is nearest.
@@ -118,6 +114,6 @@ class SurfaceOccluders:
             return self._stream.blocked(origins, targets)
         return self._single.blocked(origins, targets)
 
-    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
+    def nearest(self, origins: FloatArray, directions: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return face, distance and side of what rays hit first; see `BruteForceOccluders.nearest`."""
         return self._single.nearest(origins, directions)

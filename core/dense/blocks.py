@@ -15,14 +15,13 @@ A F is symmetric by reciprocity, so every pair of groups is computed once.
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 from ..form_factors import point_to_polygon
-from .exchange import ROUNDING, Exchange, FloatArray, IntArray, SingleArray, meeting
+from .exchange import ROUNDING, Exchange, meeting
 from .quadrature import gauss_points
 from .visible_share import visible_share
 
-BoolArray = NDArray[np.bool_]
 AnyFloat = TypeVar("AnyFloat", FloatArray, SingleArray)
 
 # Centre distance over the sum of both radii below which patches may touch.

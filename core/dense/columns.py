@@ -5,18 +5,16 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray, IntArray, SingleArray
 from ..meshing import Patches
 from ..occlusion.surfaces import Occluding
 from ..transport import inverse, limited
 from ..visibility import Occluders
 from .blocks import block
-from .exchange import Exchange, SingleArray, exchange
+from .exchange import Exchange, exchange
 from .hemicube_rows import Views, hemicube_rows, hemicube_views
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 # Returns A_i F_ij of all patches i and some j, shape (n, m) [m^2], and how many segments it tested for that.
 Exchanged = Callable[[IntArray], tuple[SingleArray, int]]
 

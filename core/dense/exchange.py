@@ -4,17 +4,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray, IntArray
 from ..meshing import Patches
 from ..occlusion.surfaces import Occluding
 from ..visibility import Occluders
 from .quadrature import turned_points
 from .shafts import Blockers, as_blockers, compact_groups
-
-FloatArray = NDArray[np.float64]
-SingleArray = NDArray[np.float32]
-IntArray = NDArray[np.int64]
 
 # Centre distance over the sum of both radii below which eight pairs of points are not enough.
 NEAR = 3.0

@@ -4,13 +4,10 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import IntArray, SingleArray
 from ..hemicube import Hemicube
 from ..meshing import Patches
-
-IntArray = NDArray[np.int64]
-SingleArray = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,8 @@
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..arrays import FloatArray
 
 
 def surface_points(corners: FloatArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:

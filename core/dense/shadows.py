@@ -7,13 +7,9 @@ a_i |h_j| + a_j |h_i| >= 0: a product of matrices two wide, for all segments at 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from .shafts import Blockers
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 # Neighbouring blockers overlap by this share of their distance, so that no light leaks through the seam.
 SEAM = 1e-6

@@ -12,12 +12,9 @@ E. Haines, J. Wallace, Shaft culling for efficient ray-traced radiosity, Eurogra
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..occlusion.surfaces import MARGIN, Occluding
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 GROUP_SIZE = 192
 # Directions around the axis of a shaft that its sides are tried in.
@@ -87,7 +84,7 @@ def as_blockers(occluding: Occluding) -> Blockers:
     return Blockers(outline, edges, np.concatenate((normals, offset[..., None]), axis=2), margin)
 
 
-def _twins(corners: FloatArray) -> NDArray[np.bool_]:
+def _twins(corners: FloatArray) -> BoolArray:
     """Return which triangles are the first half of a parallelogram whose second half follows, shape (t - 1,)."""
     first, second = corners[:-1], corners[1:]
     shared = (first[:, 0] == second[:, 0]).all(axis=1) & (first[:, 2] == second[:, 1]).all(axis=1)

@@ -9,15 +9,13 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 from ..visibility import Occluders
-from .exchange import ROUNDING, Exchange, FloatArray, IntArray, SingleArray, meeting
+from .exchange import ROUNDING, Exchange, meeting
 from .quadrature import spread_points, surface_points
 from .shadows import hidden, hidden_pairs
 from .shafts import between
-
-BoolArray = NDArray[np.bool_]
 
 # With more blockers than this in a shaft, rays are cheaper than testing each.
 FEW = 200

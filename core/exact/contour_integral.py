@@ -17,10 +17,8 @@ polygons, International Journal of Heat and Mass Transfer 55, 2012.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ..arrays import FloatArray, IntArray
 
 # Edge pairs worked on at a time.
 CHUNK = 4096

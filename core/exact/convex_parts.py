@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from ..errors import RadiosityError
 from ..triangulation import triangulate
-
-FloatArray = NDArray[np.float64]
 
 # Distances relative to a polygon's size: corners that coincide, a border that runs straight, a surface that is flat.
 SAME = 1e-9

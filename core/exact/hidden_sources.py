@@ -11,14 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray, IntArray
 from .convex_parts import plane_axes, unit_normal
 from .part_views import View
 from .piece_clipping import Pieces, boxed, cut, together
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Blockers' edges, over all points, that are worked on at a time.
 CHUNK = 200_000

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from .convex_parts import ConvexPart, area_vector, cross, in_front, unit_normal
-
-FloatArray = NDArray[np.float64]
 
 # Distances up to this share of the size of a pair count as touching.
 TOUCHING = 1e-7

@@ -5,12 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray
 from .convex_parts import area_vector, cross, in_front
 from .part_views import View
-
-FloatArray = NDArray[np.float64]
 
 # Triangles that every receiver is cut into at least.
 FEWEST = 16
@@ -129,7 +127,7 @@ def _caster(blocker: FloatArray, view: View) -> _Caster:
     )
 
 
-def _overlooking(cells: FloatArray, areas: FloatArray, casters: Sequence[_Caster], enough: float) -> NDArray[np.bool_]:
+def _overlooking(cells: FloatArray, areas: FloatArray, casters: Sequence[_Caster], enough: float) -> BoolArray:
     """Return which triangles may hold between their points what the cubature should see, by more than enough [m^2].
 
     By reciprocity all that a blocker can hide is twice its own area. An edge that runs close above the receiver has a

@@ -9,14 +9,13 @@ that see each other. Half of the matrix is computed, the other half follows from
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from ..errors import RadiosityError
 from .convex_parts import ConvexPart, area_vector, checked_polygons, convex_parts
 from .part_views import contact_areas, views
 from .visible_exchange import visible_exchange_areas
-
-FloatArray = NDArray[np.float64]
 
 # The sum of the cubature's disagreements is not a bound of its error: this share of the tolerance is aimed at.
 AIM = 0.4

@@ -11,17 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..errors import RadiosityError
 from .contour_integral import exchange_areas
 from .convex_parts import area_vector
 from .hidden_sources import Sights, sights, whole_and_hidden
 from .part_views import View
 from .receiver_cells import halved, receiver_cells, triangle_areas
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Share of a triangle's error that each of its halves may still have.
 INHERITED = 0.25
@@ -111,7 +108,7 @@ class _Cells:
     sums: FloatArray
     errors: FloatArray
 
-    def of(self, rows: NDArray[np.bool_]) -> "_Cells":
+    def of(self, rows: BoolArray) -> "_Cells":
         """Return some of the triangles."""
         return _Cells(self.view[rows], self.corners[rows], self.sums[rows], self.errors[rows])
 
@@ -155,7 +152,7 @@ def _halves(cells: _Cells, table: Sights) -> _Cells:
     return replace(halves, errors=np.maximum(halves.errors, np.tile(change, (2, 1))))
 
 
-def _worst(view: IntArray, errors: FloatArray, tolerances: FloatArray) -> NDArray[np.bool_]:
+def _worst(view: IntArray, errors: FloatArray, tolerances: FloatArray) -> BoolArray:
     """Return the fewest triangles without which each view's errors add up to less than half its tolerance.
 
     Views whose errors already add up to less than the tolerance are left alone.

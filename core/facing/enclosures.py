@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..lighting.lamps import SkyLamp, SunLamp
-from ..scene import BoolArray, FloatArray, IntArray, Scene
+from ..scene import Scene
 from .orientation import Orientation
 
 # Points that are asked for first, and pairs of point and triangle that are looked at together.

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from ..scene import IntArray, Scene
+from ..arrays import IntArray
+from ..scene import Scene
 
 
 def islands(scene: Scene) -> IntArray:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene import BoolArray, IntArray, Scene
+from ..arrays import BoolArray, IntArray
+from ..scene import Scene
 from .islands import connected
 
 
@@ -65,9 +66,7 @@ def orientation(scene: Scene) -> Orientation:
 def _neighbours(scene: Scene) -> tuple[IntArray, tuple[IntArray, BoolArray], tuple[IntArray, BoolArray], BoolArray]:
     """Return the face of each corner, both faces at each edge that has two and their directions, and the real edges."""
     face, start = scene.corner_face, scene.corner_vertex
-    following = np.arange(1, len(start) + 1)
-    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
-    end = start[following]
+    end = start[scene.following_corner]
     proper = scene.live[face] & (start != end)
     edge = np.flatnonzero(proper)
     low, high = np.minimum(start, end)[edge], np.maximum(start, end)[edge]

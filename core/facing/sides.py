@@ -14,14 +14,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import BoolArray, IntArray
 from ..meshing import Patches
-from ..scene import AUTO, BACK, BOTH, FRONT, BoolArray, IntArray, Scene
+from ..scene import AUTO, BACK, BOTH, FRONT, Scene
 from ..visibility import Surroundings
 from .islands import islands
 from .lit_sides import lit_sides
 from .orientation import orientation
-
-__all__ = ["Surroundings", "auto_sides", "choose_sides", "island_counts"]
 
 # More islands than this are taken together, object by object.
 MOST_ISLANDS = 500

@@ -85,9 +85,7 @@ def join(scene: Scene, flat: Bools, diagonal: float) -> Joined:
         The union of its polygons is the union of the faces that were joined, to rounding.
     """
     tail = welded(scene.vertices, WELD * diagonal)[scene.corner_vertex]
-    following = np.arange(1, len(tail) + 1)
-    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
-    head = tail[following]
+    head = tail[scene.following_corner]
     groups = _groups(scene, flat, tail, head, diagonal)
     n_groups, member = len(groups.origin), groups.of >= 0
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from .paint import Paint
 from .samples import PaintSamples
 
@@ -181,9 +181,7 @@ def _rasters(
     return frame, np.nan_to_num(np.clip(np.round(extent * density[:, None]), 1, _MOST_TEXELS), nan=1.0).astype(np.int64)
 
 
-def _mean(
-    at: IntArray, weight: FloatArray, values: NDArray[np.floating], count: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _mean(at: IntArray, weight: FloatArray, values: NDArray[np.floating], count: int) -> tuple[FloatArray, BoolArray]:
     """Return weighted means by number, shape (count, k), and which numbers there are."""
     total = np.bincount(at, weight, count)
     known = total > 0

@@ -10,12 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 from ..errors import RadiosityError
-
-SingleArray = NDArray[np.float32]
 
 # Places along each edge of a patch that its mean is taken over, at most.
 MOST_PLACES = 16
