@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rays that look for light: paths from what shines, and points on islands of faces that look for those."""
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..lighting.lamps import SkyLamp, scene_reach
+from ..meshing import Patches
+from ..scene import AUTO, BACK, FRONT, Scene
+from ..visibility import Surroundings, sky_occluders
+from .enclosures import Enclosure, enclosure
+from .orientation import Orientation
+from .side_points import PatchSides, SidePoints, joined
+
+# Paths from light, and how often they are followed from surface to surface.
+PATHS = 512
+BOUNCES = 5
+# Points on islands that look for light, and how often they look farther; the least and the most on one side.
+LOOKS = 1024
+LOOK_BOUNCES = 3
+FEWEST, MOST = 4, 48
+# Lit points among which the one that faces a point best is asked for.
+_CANDIDATES = 48
+# A path turns this share of its way before the surface it hits: where it has been, it is in no other surface.
+_SHORT = 1e-3
+# Cosine below which a point does not see along its surface.
+_GRAZING = 1e-3
+
+
+class LightSearch:
+    """Rays by which light and the sides of islands find each other; takes the parameters of `lit_sides`."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        patches: Patches,
+        group: IntArray,
+        shape: Orientation,
+        occluders: Surroundings,
+        rng: np.random.Generator,
+    ) -> None:
+        self._scene, self._group, self._shape, self._occluders, self._rng = scene, group, shape, occluders, rng
+        self._sides = PatchSides(scene, patches, group, shape, np.ones(len(patches.face), dtype=bool))
+        self._emitters = PatchSides(scene, patches, group, shape, patches.emission.any(axis=1))
+        self._reach = scene_reach(scene)
+        nodes = np.unique(self._emitters.node)
+        self._starts = self._emitters.draw(nodes, max(1, PATHS // max(1, len(nodes))), rng)
+
+    def enclosure(self, shell: int) -> Enclosure | None:
+        """Tell on which sides of a group light starts, if it is a closed shell."""
+        return enclosure(self._scene, np.flatnonzero(self._group == shell), self._shape, self._starts.place)
+
+    def paths(self) -> list[SidePoints]:
+        """Return points that light starts from, and with them those that it comes to."""
+        starts = [self._starts]
+        if self._scene.lamps:
+            nodes = np.unique(self._sides.node)
+            points = self._sides.draw(nodes, max(1, 2 * PATHS // max(1, len(nodes))), self._rng)
+            points = points[self._shone(points)]
+            # No island shines alone where a lamp does.
+            starts.append(SidePoints(points.place, points.normal, points.node, np.zeros(len(points.node), dtype=bool)))
+        start = points = joined(starts)
+        lit = [start]
+        for _ in range(BOUNCES):
+            points = self._bounced(points)
+            lit.append(points)
+        return [part for part in (start, joined(lit)) if len(part.node)]
+
+    def look(self, nodes: IntArray, lit: list[SidePoints], times: int = 1) -> tuple[BoolArray, BoolArray]:
+        """Return which sides, of all, light comes to from elsewhere, and which from their own island alone."""
+        reached = np.zeros(2 * int(np.max(self._group) + 1), dtype=np.bool_)
+        alone = reached.copy()
+        points = self._sides.draw(nodes, self._each(nodes, times), self._rng)
+        for bounce in range(LOOK_BOUNCES):
+            reached[points.node[self._shone(points)]] = True
+            for source in lit:
+                which, seen = self._connected(points, source)
+                node = points.node[which]
+                own = points.alone[which] & source.alone[seen] & (source.node[seen] // 2 == node // 2)
+                reached[node[~own]] = True
+                alone[node[own]] = True
+            points = points[~reached[points.node]]
+            if bounce < LOOK_BOUNCES - 1:
+                points = self._bounced(points)
+        return reached, alone
+
+    def caught(self, nodes: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return the share of rays from each side, of all, that meet anything, and that meet their own island."""
+        points = self._sides.draw(nodes, self._each(nodes), self._rng)
+        face, count = self._met(points)[1], 2 * int(np.max(self._group) + 1)
+        met = face >= 0
+        own = met & (self._group[face] == points.node // 2)
+        rays = np.maximum(np.bincount(points.node, minlength=count), 1)
+        return np.bincount(points.node, met, count) / rays, np.bincount(points.node, own, count) / rays
+
+    def _each(self, nodes: IntArray, times: int = 1) -> int:
+        """Return how many points each side gets."""
+        return int(np.clip(times * LOOKS // max(1, len(nodes)), FEWEST, times * MOST))
+
+    def _shone(self, points: SidePoints) -> BoolArray:
+        """Return which points see one of the lamps, picked for each at random by the light that it would bring."""
+        lamps, count = self._scene.lamps, len(points.node)
+        found = np.zeros(count, dtype=np.bool_)
+        if not lamps or count == 0:
+            return found
+        light = np.stack([lamp.unshadowed(points.place, points.normal).sum(axis=1) for lamp in lamps])
+        below = np.cumsum(light, axis=0)
+        pick = (below < self._rng.random(count) * below[-1]).sum(axis=0)
+        u, v = self._rng.random((2, count))
+        for index, lamp in enumerate(lamps):
+            which = np.flatnonzero((pick == index) & (below[-1] > 0))
+            place, normal = points.place[which], points.normal[which]
+            way, length, gain = lamp.sample(place, normal, u[which], v[which])
+            end = place + np.minimum(length, self._reach)[:, None] * way
+            blockers = sky_occluders(self._occluders) if isinstance(lamp, SkyLamp) else self._occluders
+            clear = ~blockers.blocked(place, end)
+            # Light that nothing blocks is in every solid; there it is not looked for.
+            clear |= (points.node[which] % 2 == 0) & (not lamp.shadows)
+            found[which] = clear & (gain > 0 if gain.ndim == 1 else gain.any(axis=1))
+        return found
+
+    def _connected(self, points: SidePoints, source: SidePoints) -> tuple[IntArray, IntArray]:
+        """Return the points that see one of the source's, and which: the one of a few that they face best."""
+        index = self._rng.integers(len(source.node), size=(len(points.node), _CANDIDATES))
+        to = source.place[index] - points.place[:, None]
+        to /= np.maximum(np.linalg.norm(to, axis=2, keepdims=True), 1e-300)
+        leaving = -(to * source.normal[index]).sum(axis=2)
+        arriving = (to * points.normal[:, None]).sum(axis=2)
+        facing = np.minimum(leaving, arriving)
+        best = facing.argmax(axis=1)
+        which = np.flatnonzero(facing.max(axis=1, initial=-1.0) > _GRAZING)
+        seen = index[which, best[which]]
+        clear = ~self._occluders.blocked(points.place[which], source.place[seen])
+        return which[clear], seen[clear]
+
+    def _met(self, points: SidePoints) -> tuple[FloatArray, IntArray, FloatArray, BoolArray]:
+        """Return a direction from each point, the face that it meets or -1, how far away, and whether at its front."""
+        # Lambert's cosine: a point on the unit sphere round the tip of the normal.
+        z, turn = 2.0 * self._rng.random(len(points.node)) - 1.0, 2.0 * np.pi * self._rng.random(len(points.node))
+        ring = np.sqrt(1.0 - z**2)
+        way = points.normal + (1.0 - _GRAZING) * np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
+        way /= np.linalg.norm(way, axis=1, keepdims=True)
+        return way, *self._occluders.nearest(points.place, way)
+
+    def _bounced(self, points: SidePoints) -> SidePoints:
+        """Return where rays from points meet a side that may have light; the others are left out."""
+        scene = self._scene
+        way, face, distance, front = self._met(points)
+        allowed = (scene.sides[face] == AUTO) | (scene.sides[face] & np.where(front, FRONT, BACK) > 0)
+        hit = np.flatnonzero((face >= 0) & allowed)
+        face, node = face[hit], points.node[hit]
+        return SidePoints(
+            points.place[hit] + ((1.0 - _SHORT) * distance[hit])[:, None] * way[hit],
+            scene.face_normal[face] * np.where(front[hit], 1.0, -1.0)[:, None],
+            node,
+            points.alone[hit] & (self._group[face] == node // 2),
+        )
