@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import BoolArray, IntArray
-from .cutting import PARTS_LIMIT, edge_parts
+from .grids import edge_parts, fewest_parts, longest_edges
 from .scene import Scene
 from .triangulation import Pieces
 
@@ -93,9 +93,8 @@ def edge_cuts(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: in
     swap = np.take_along_axis(a, axis, axis=1)[:, 0] > np.take_along_axis(b, axis, axis=1)[:, 0]
     length = np.linalg.norm(a - b, axis=1)
 
-    longest = np.where(np.isnan(scene.max_edge), np.inf if max_edge is None else max_edge, scene.max_edge)[face]
-    least = np.minimum(scene.divisions[face] * float(min(subdivide, PARTS_LIMIT)), PARTS_LIMIT).astype(np.int64)
-    wanted = edge_parts(length[found], longest, least)
+    longest, least = longest_edges(scene, max_edge), fewest_parts(scene, subdivide)
+    wanted = edge_parts(length[found], longest[face], least[face])
     wanted[~scene.live[face]] = 1
     parts = np.ones(len(key), dtype=np.int64)
     np.maximum.at(parts, found, wanted)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Polygons cut into patches of constant radiosity, with the way back from patches to faces and mesh corners.
 
-`cutting` says how a face is cut; here its fronts and backs become `Patches`.
+`grids` say how finely a face is cut, `cutting` cuts it; here its fronts and backs become `Patches`.
 """
 
 import math
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import FloatArray, IntArray
-from .cutting import Cut, check_count, cut, grid
+from .cutting import Cut, cut
 from .errors import RadiosityError
+from .grids import check_count, grid
 from .occlusion.sieve import unnoticed
 from .paint.paint import Paint
 from .scene import AUTO, BACK, FRONT, Scene

@@ -14,6 +14,7 @@ import numpy as np
 
 from .arrays import FloatArray
 from .dense.columns import column_transport
+from .dense.matrix import dense_transport
 from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
@@ -28,7 +29,7 @@ from .settings import Settings
 from .shading import corner_irradiance
 from .shooting import shooting
 from .solution import Solution
-from .transport import MOST_SENT, dense_transport, reciprocity_error
+from .transport import MOST_SENT, reciprocity_error
 from .visibility import Surroundings
 
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from .anchoring import INSIDE, Cells, Pattern, anchored, quad_pattern, triangle_patterns
 from .arrays import BoolArray, FloatArray, IntArray
-from .cutting import PATCH_LIMIT
 from .edge_cuts import EdgeCuts, counted, edge_cuts
 from .errors import RadiosityError
+from .grids import PATCH_LIMIT
 from .scene import Scene
 from .triangulation import pieces
 

@@ -12,8 +12,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.cutting import PATCH_LIMIT
 from ..core.errors import RadiosityError
+from ..core.grids import PATCH_LIMIT
 from ..core.lighting.lamps import Lamp, SkyLamp
 from ..core.occlusion.sieve import blocking
 from ..core.scene import AUTO, Scene

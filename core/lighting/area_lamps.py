@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from ..form_factors import point_to_polygon
-from .round_lamps import lattice, square_to_disc
+from .discs import lattice, square_to_disc
 
 # Corners of the polygon that stands for an ellipse of the same area: irradiance off by 1e-3 at worst, at its rim.
 _CORNERS = 24

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import FloatArray
-from .round_lamps import frame, square_to_disc
+from .discs import frame, square_to_disc
 
 # Products of receivers and directions that are looked at together.
 _PAIRS = 1 << 20

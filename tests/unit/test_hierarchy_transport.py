@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from core.dense.matrix import dense_transport
 from core.errors import RadiosityError
 from core.hierarchy import foresight as module
 from core.hierarchy.elements import centres, quarters, split_patches
@@ -20,7 +21,6 @@ from core.meshing import mesh
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import Scene
-from core.transport import dense_transport
 from core.visibility import scene_occluders
 
 

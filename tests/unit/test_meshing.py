@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core import cutting
+from core import grids
 from core.errors import RadiosityError
 from core.meshing import mesh
 from core.scene import BACK, BOTH, FRONT, Scene
@@ -255,7 +255,7 @@ def test_too_short_an_edge_is_refused_with_one_that_fits(seed, max_edge):
     polygons = [SQUARE * scales[0], ELL * (20 + scales[1]), NEEDLE * 0.1 * scales[2]]
     scene = Scene.from_polygons(polygons, face_object=[0, 1, 2], object_names=["Floor", "Wall", "Rod"], sides=[1, 3, 2])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cutting, "PATCH_LIMIT", 1000)
+        patch.setattr(grids, "PATCH_LIMIT", 1000)
         with pytest.raises(RadiosityError, match=r"Object 'Wall' would be cut into [\d,]+ patches") as refusal:
             mesh(scene, max_edge=max_edge)
         fitting = float(re.search(r"take a largest edge of (\S+) m or more", str(refusal.value))[1])
@@ -272,7 +272,7 @@ def test_too_many_divisions_are_refused_with_the_object(cut):
 
 
 def test_exactly_as_many_patches_as_allowed_are_made(monkeypatch):
-    monkeypatch.setattr(cutting, "PATCH_LIMIT", 200)
+    monkeypatch.setattr(grids, "PATCH_LIMIT", 200)
     both = Scene.from_polygons([SQUARE], sides=[BOTH])
     assert len(mesh(both, subdivide=10).area) == 200
     with pytest.raises(RadiosityError, match=r"242 patches \(242 in all, 200 at most\)"):

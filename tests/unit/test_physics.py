@@ -6,6 +6,7 @@ import pytest
 
 from core import form_factor_matrix
 from core.dense.columns import column_transport
+from core.dense.matrix import dense_transport
 from core.gathering import gathering
 from core.lighting.lamps import PointLamp
 from core.meshing import mesh
@@ -14,7 +15,7 @@ from core.progress import exhaust
 from core.scene import BOTH, Scene
 from core.shading import corner_colours, corner_irradiance
 from core.shooting import shooting
-from core.transport import DenseTransport, dense_transport
+from core.transport import DenseTransport
 from core.visibility import scene_occluders
 
 METHODS = ("gathering", "shooting")

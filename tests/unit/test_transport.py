@@ -10,6 +10,7 @@ import pytest
 from core import form_factor_matrix, transport
 from core.dense import columns, visible_share
 from core.dense.columns import column_transport
+from core.dense.matrix import dense_transport
 from core.errors import RadiosityError
 from core.form_factors import centre_to_centre
 from core.meshing import mesh
@@ -17,7 +18,7 @@ from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import BOTH, Scene
-from core.transport import MOST_SENT, dense_transport, reciprocity_error
+from core.transport import MOST_SENT, reciprocity_error
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
 
