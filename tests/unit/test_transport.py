@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core import form_factor_matrix, transport
-from core.dense import columns, visible_share
+from core import form_factor_matrix
+from core.dense import columns, matrix, visible_share
 from core.dense.columns import column_transport
 from core.dense.matrix import dense_transport
 from core.errors import RadiosityError
@@ -18,7 +18,7 @@ from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import BOTH, Scene
-from core.transport import MOST_SENT, reciprocity_error
+from core.transport import MOST_SENT, DenseTransport, reciprocity_error
 
 OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
 
@@ -139,7 +139,7 @@ def test_factors_are_reciprocal_and_nobody_sends_more_than_all(box, kernel):
 def test_reciprocity_error_is_what_the_definition_says():
     rng = np.random.default_rng(4)
     area = rng.uniform(0.5, 2.0, 1500)
-    F = transport.DenseTransport(rng.random((1500, 1500), dtype=np.float32), area, np.ones(1500), 0, 0)
+    F = DenseTransport(rng.random((1500, 1500), dtype=np.float32), area, np.ones(1500), 0, 0)
     K = area[:, None] * F.matrix
     assert reciprocity_error(F) == pytest.approx(np.abs(K - K.T).mean() / K.mean(), rel=1e-4)
     assert reciprocity_error(replace(F, matrix=((K + K.T) / area[:, None]).astype(np.float32))) < 1e-6
@@ -237,7 +237,7 @@ def test_gathering_is_a_product_whatever_the_brightness(cube):
 
 
 def test_a_matrix_that_does_not_fit_is_refused_before_it_is_made(cube, monkeypatch):
-    monkeypatch.setattr(transport, "available_memory", lambda: 2**20)
+    monkeypatch.setattr(matrix, "available_memory", lambda: 2**20)
     with pytest.raises(RadiosityError, match=r"150 patches need \d+\.\d GiB of memory and 0\.0 GiB.*shooting"):
         next(dense_transport(mesh(cube(divisions=5)), None))
 
