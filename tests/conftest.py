@@ -7,11 +7,6 @@ import sys
 import tempfile
 
 import pytest
-from hypothesis import settings
-
-# A test that is slow on a busy machine is not wrong.
-settings.register_profile("untimed", deadline=None)
-settings.load_profile("untimed")
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from ..arrays import BoolArray, FloatArray
 
+if TYPE_CHECKING:
     from ..scene import Scene
 
 # Shares of light between which the faces of a surface take turns; below all of them block, above none does.
@@ -22,7 +22,7 @@ _GOLDEN = 0.6180339887498949
 _FAINT = 0.1
 
 
-def blocking(passed: NDArray[np.float64]) -> NDArray[np.bool_]:
+def blocking(passed: FloatArray) -> BoolArray:
     """Choose the faces that block, so that of many faces as large a share does as of the light.
 
     Parameters
@@ -41,13 +41,13 @@ def blocking(passed: NDArray[np.float64]) -> NDArray[np.bool_]:
     return blocks
 
 
-def unnoticed(scene: Scene) -> NDArray[np.bool_]:
+def unnoticed(scene: Scene) -> BoolArray:
     """Return the faces that light does not meet, shape (f,): they block nothing, emit nothing and hardly reflect.
 
     What is seen through them fills their place; counted beside it, there would be more around than there is.
     """
     dark = ~scene.reflects | (scene.reflectance.max(axis=1, initial=0.0) <= _FAINT)
     dark &= ~(scene.emits & scene.emission.any(axis=1))
-    clear: NDArray[np.bool_] = dark & ~scene.occludes & ~scene.shades
+    clear: BoolArray = dark & ~scene.occludes & ~scene.shades
     # Where there is nothing else, there is something to look at.
     return clear & ~clear.all(where=scene.live)
