@@ -2,8 +2,8 @@
 """Fixtures for tests of the add-on: Blender, the enabled extension, an empty scene.
 
 The add-on is tested as Blender runs it, as `bl_ext.user_default.radiosity`. Tests never import `radiosity_addon` or
-`core` themselves but reach them through the `extension` fixture, which is the extension's module:
-``importlib.import_module(extension.__name__ + ".core.scene")``. `import core` would give other module objects.
+`core` themselves but reach them through the fixtures `addon` and `core`: ``core("scene").Scene``. `import core` would
+give other module objects.
 
 ``MODE=zip`` builds, installs and enables the extension's zip; the default links the checkout into Blender's extension
 folder, which is fast and keeps coverage and tracebacks true.
@@ -79,6 +79,48 @@ def scene(extension: ModuleType, blender: ModuleType):
     # Not read_factory_settings: that resets the preferences and so disables the extension.
     blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     return blender.context.scene
+
+
+@pytest.fixture(scope="session")
+def addon(extension: ModuleType) -> Callable[[str], ModuleType]:
+    """Give a function that gives the add-on's modules by name."""
+    return lambda name: importlib.import_module(f"{extension.__name__}.radiosity_addon.{name}")
+
+
+@pytest.fixture(scope="session")
+def core(extension: ModuleType) -> Callable[[str], ModuleType]:
+    """Give a function that gives the core's modules by name."""
+    return lambda name: importlib.import_module(f"{extension.__name__}.core.{name}")
+
+
+@pytest.fixture
+def error(core: Callable[[str], ModuleType]) -> type[Exception]:
+    """Give the type of the errors that are turned into messages."""
+    return core("errors").RadiosityError
+
+
+@pytest.fixture
+def read(addon: Callable[[str], ModuleType], scene, blender: ModuleType):
+    """Give a function that reads the context's scene."""
+
+    def read():
+        context = blender.context
+        return addon("scene_reader").read_scene(context.scene, context.view_layer, context.evaluated_depsgraph_get())
+
+    return read
+
+
+@pytest.fixture
+def bake(scene, blender: ModuleType):
+    """Give a function that presses the button and returns the warnings."""
+
+    def bake(**settings):
+        for name, value in ({"quality": 'preview'} | settings).items():
+            setattr(blender.context.scene.radiosity, name, value)
+        assert blender.ops.radiosity.bake() == {'FINISHED'}
+        return blender.context.window_manager.radiosity.warnings.splitlines()
+
+    return bake
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Bake button: what it writes, what it leaves alone, what it says."""
 
-import importlib
 import json
 
 import numpy as np
@@ -17,17 +16,6 @@ from tests.blender.building import (
     colors,
     glowing,
 )
-
-
-@pytest.fixture
-def addon(extension):
-    """Give a function that gives the add-on's modules by name."""
-    return lambda name: importlib.import_module(f"{extension.__name__}.radiosity_addon.{name}")
-
-
-@pytest.fixture
-def error(extension):
-    return importlib.import_module(extension.__name__ + ".core.errors").RadiosityError
 
 
 @pytest.fixture
@@ -350,11 +338,10 @@ def test_invoked_in_background_it_runs_to_the_end(scene, blender):
     assert "Radiosity" in floor.data.color_attributes
 
 
-def test_the_report_has_what_the_command_prints(addon, scene, blender, extension):
+def test_the_report_has_what_the_command_prints(addon, scene, blender, core):
     lit_pair(scene)
     context = blender.context
-    core = importlib.import_module(extension.__name__ + ".core.progress")
-    done = core.exhaust(addon("operators").start_bake(context))
+    done = core("progress").exhaust(addon("operators").start_bake(context))
     report = json.loads(json.dumps(done.report))
     assert report["objects"] == [
         {"name": "Lamp", "corners": 4, "written": True},

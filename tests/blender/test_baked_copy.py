@@ -1,18 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The baked copy: what is in it, what it carries over, what it leaves alone, and what takes its place."""
 
-import importlib
-
 import numpy as np
 import pytest
 
 from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_square, colors, glowing
-
-
-@pytest.fixture
-def addon(extension):
-    """Give a function that gives the add-on's modules by name."""
-    return lambda name: importlib.import_module(f"{extension.__name__}.radiosity_addon.{name}")
 
 
 @pytest.fixture
@@ -231,10 +223,9 @@ def test_undo_takes_the_copies_back_in_one_step(scene, blender):
 
 
 @pytest.mark.parametrize("end", ["cancelled", "edited", "removed", "layer"])
-def test_a_bake_that_does_not_end_well_leaves_nothing(addon, extension, scene, blender, end):
+def test_a_bake_that_does_not_end_well_leaves_nothing(addon, error, scene, blender, end):
     lit_floor(scene)
     scene.radiosity.target, scene.radiosity.max_edge = 'COPY', 0.25
-    error = importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
     steps = addon("operators").start_bake(blender.context)
     next(steps)
     if end == "cancelled":
@@ -304,10 +295,10 @@ def test_copies_are_made_from_edit_mode_and_undo_takes_them_back(scene, blender)
     assert len(blender.data.objects) == len(blender.data.meshes) == 2
 
 
-def test_the_report_tells_what_was_read_and_what_was_chosen(addon, extension, scene, blender):
+def test_the_report_tells_what_was_read_and_what_was_chosen(addon, core, scene, blender):
     lit_floor(scene)
     scene.radiosity.target, scene.radiosity.max_edge = 'COPY', 0.25
-    exhaust = importlib.import_module(f"{extension.__name__}.core.progress").exhaust
+    exhaust = core("progress").exhaust
     report = exhaust(addon("operators").start_bake(blender.context)).report
     assert report["scene"] == {"objects": 2, "faces": 2, "vertices": 8}
     assert report["patches"] == 16 + 32 and report["settings"]["max_edge"] == 0.25

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command: what it writes, what it says, and with which code it ends."""
 
-import importlib
 import json
 import os
 import shutil
@@ -19,12 +18,6 @@ TEXT = """\
 R 2 (0,0,0) (1,0,0) (1,1,0) (0,1,0) (0,0,1) (0.5,0.5,0.5,1)
 E 1 (0,0,1) (1,0,1) (1,1,1) (0,1,1) (0,0,-1) (1,1,1,10)
 """
-
-
-@pytest.fixture
-def addon(extension):
-    """Give a function that gives the add-on's modules by name."""
-    return lambda name: importlib.import_module(f"{extension.__name__}.radiosity_addon.{name}")
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The extension as Blender sees it: registered, in its menus, and gone without a trace."""
 
-import importlib
 import re
 from pathlib import Path
 
@@ -58,7 +57,7 @@ def test_no_policy_of_blender_is_violated(extension, blender):
     assert extension.__name__ not in addon_utils._extensions_warnings_get()
 
 
-def test_panels_draw_before_during_and_after_a_bake(extension, blender, scene):
+def test_panels_draw_before_during_and_after_a_bake(addon, blender, scene):
     drawn = []
 
     class Layout:
@@ -72,7 +71,7 @@ def test_panels_draw_before_during_and_after_a_bake(extension, blender, scene):
             drawn.append((name, value))
 
     def draw(panel):
-        kind = getattr(importlib.import_module(extension.__name__ + ".radiosity_addon.panels"), panel)
+        kind = getattr(addon("panels"), panel)
         if not hasattr(kind, "poll") or kind.poll(blender.context):
             kind.draw(type("Panel", (), {"layout": Layout()})(), blender.context)
 

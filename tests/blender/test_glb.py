@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reading binary glTF: every component type, strides, and files that are broken."""
 
-import importlib
 import json
 import struct
 
@@ -10,13 +9,8 @@ import pytest
 
 
 @pytest.fixture
-def glb(extension):
-    return importlib.import_module(f"{extension.__name__}.radiosity_addon.glb")
-
-
-@pytest.fixture
-def error(extension):
-    return importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
+def glb(addon):
+    return addon("glb")
 
 
 def one_accessor(glb, values, component, kind="VEC4", stride=None, **more):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The glTF export: what stands in the file, and that the user's scene is as before."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -10,18 +8,13 @@ from tests.blender.building import add_shader, node_material
 
 
 @pytest.fixture
-def gltf(extension):
-    return importlib.import_module(f"{extension.__name__}.radiosity_addon.gltf")
+def gltf(addon):
+    return addon("gltf")
 
 
 @pytest.fixture
-def glb(extension):
-    return importlib.import_module(f"{extension.__name__}.radiosity_addon.glb")
-
-
-@pytest.fixture
-def error(extension):
-    return importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
+def glb(addon):
+    return addon("glb")
 
 
 def light_at(positions):

@@ -1,38 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Instances of every kind are what they would be if they were real: they give, block and get light, and lamps shine."""
 
-import importlib
 from collections import Counter
 
 import numpy as np
 import pytest
 
 from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_room, add_square, colors, glowing
-
-
-@pytest.fixture
-def module(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.radiosity_addon.{name}")
-
-
-@pytest.fixture
-def read(module, scene, blender):
-    def read():
-        context = blender.context
-        return module("scene_reader").read_scene(context.scene, context.view_layer, context.evaluated_depsgraph_get())
-
-    return read
-
-
-@pytest.fixture
-def bake(extension, scene, blender):
-    def bake(**settings):
-        for name, value in ({"quality": 'preview'} | settings).items():
-            setattr(scene.radiosity, name, value)
-        assert blender.ops.radiosity.bake() == {'FINISHED'}
-        return blender.context.window_manager.radiosity.warnings.splitlines()
-
-    return bake
 
 
 def add_collection(blender, name, parent=None):
@@ -240,7 +214,7 @@ def test_the_instances_are_those_that_a_render_shows(read, scene, blender, way):
 
 
 @pytest.mark.parametrize("way", [None, 'MONITOR'])
-def test_what_was_lit_can_be_made_again(read, module, scene, blender, way):
+def test_what_was_lit_can_be_made_again(read, addon, scene, blender, way):
     everything(blender, scene)
     hide_instancers(blender, scene, way)
     one, two = glowing(0.1, 0.0), glowing(0.2, 0.0)
@@ -253,7 +227,7 @@ def test_what_was_lit_can_be_made_again(read, module, scene, blender, way):
     slots = [two.name, one.name]
     array.data.polygons[0].material_index = 1
     reading, before = read(), len(blender.data.meshes)
-    made = module("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
+    made = addon("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
     assert [one.target for one in made] == list(reading.targets)
     assert len(blender.data.meshes) == before + len(made) == len({one.mesh.name for one in made}) + before
     for one in made:
@@ -266,14 +240,13 @@ def test_what_was_lit_can_be_made_again(read, module, scene, blender, way):
     assert all(polygon.material_index == 1 for polygon in made[-1].mesh.polygons)
 
 
-def test_what_was_changed_is_not_made_again(read, extension, module, scene, blender):
+def test_what_was_changed_is_not_made_again(read, error, addon, scene, blender):
     everything(blender, scene)
     reading, before = read(), len(blender.data.meshes)
     blender.data.collections["Tree"].objects.unlink(blender.data.objects["Trunk"])
     blender.context.view_layer.update()
-    error = importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
     with pytest.raises(error, match="Trunk' was edited or removed"):
-        module("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
+        addon("objects.remade").remake(reading.targets, blender.context.evaluated_depsgraph_get())
     assert len(blender.data.meshes) == before
 
 
@@ -298,7 +271,7 @@ def test_lamps_in_instances_shine_where_the_instances_are(read, scene, blender):
     assert sorted(lamp.centre.tolist() for lamp in found.lamps) == [[1, 0, 1], [2, 0, 1]]
 
 
-def test_thousands_of_instances_read_their_mesh_once(read, scene, blender, module, monkeypatch):
+def test_thousands_of_instances_read_their_mesh_once(read, scene, blender, addon, monkeypatch):
     grid = [(x, y, 0) for x in range(50) for y in range(50)]
     points = add_mesh(scene, "Points", grid, [])
     nodes(
@@ -306,9 +279,9 @@ def test_thousands_of_instances_read_their_mesh_once(read, scene, blender, modul
         points,
         lambda tree, geometry: on_points(tree, geometry, tree.nodes.new('GeometryNodeMeshCube').outputs[0]),
     )
-    instances, counted = module("objects.instances"), []
+    instances, counted = addon("objects.instances"), []
     monkeypatch.setattr(
-        instances, "local_mesh", lambda mesh: counted.append(1) or module("objects.meshes").local_mesh(mesh)
+        instances, "local_mesh", lambda mesh: counted.append(1) or addon("objects.meshes").local_mesh(mesh)
     )
     reading = read()
     assert len(reading.targets) == 2500 and len(reading.scene.face_area) == 15000 and len(counted) == 1
@@ -316,13 +289,12 @@ def test_thousands_of_instances_read_their_mesh_once(read, scene, blender, modul
     np.testing.assert_allclose(sorted(centres.tolist()), grid, atol=1e-5)
 
 
-def test_more_faces_than_fit_are_refused_before_they_are_made(extension, read, module, scene, blender, monkeypatch):
-    monkeypatch.setattr(module("scene_reader"), "PATCH_LIMIT", 10)
+def test_more_faces_than_fit_are_refused_before_they_are_made(error, read, addon, scene, blender, monkeypatch):
+    monkeypatch.setattr(addon("scene_reader"), "PATCH_LIMIT", 10)
     boxes = add_collection(blender, "Boxes")
     add_mesh(scene, "Box", CUBE_VERTICES, CUBE_FACES, collection=boxes)
     instance(blender, scene, boxes, "Many")
     instance(blender, scene, boxes, "Many more")
-    error = importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
     with pytest.raises(error, match=r"12 faces \(10 at most\), 12 of them in object 'Box' and its instances"):
         read()
 

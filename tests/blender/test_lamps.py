@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps and worlds against Cycles, kind by kind, on a small white floor that Cycles bakes at its vertices."""
 
-import importlib
 import math
 from math import radians
 
@@ -15,15 +14,9 @@ SIDE = 12  # vertices along a side of the floor
 
 
 @pytest.fixture
-def core(extension):
-    """Give a function that returns a module of the core."""
-    return lambda name: importlib.import_module(f"{extension.__name__}.core.{name}")
-
-
-@pytest.fixture
-def read(extension, scene, blender):
+def read(addon, scene, blender):
     """Give a function that reads the context's scene as the core's."""
-    reader = importlib.import_module(extension.__name__ + ".radiosity_addon.scene_reader")
+    reader = addon("scene_reader")
 
     def read():
         context = blender.context

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node networks read on meshes, beside what Cycles bakes of them."""
 
-import importlib
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,9 @@ SIZE = 12
 
 
 @pytest.fixture(scope="module")
-def read(extension, blender):
+def read(addon, blender):
     """Give a function that reads the surfaces of objects, and returns them with what it has to tell."""
-    module = importlib.import_module(extension.__name__ + ".radiosity_addon.face_surfaces")
+    module = addon("face_surfaces")
 
     def read(*objects):
         depsgraph = blender.context.evaluated_depsgraph_get()
@@ -492,8 +491,8 @@ def test_no_node_of_blender_stops_a_reading(read, blender, scene):
     assert all(note.startswith(("Material '", "Node")) for note in notes)
 
 
-def test_paint_follows_objects_that_are_moved_and_mirrored(extension, blender, scene):
-    module = importlib.import_module(extension.__name__ + ".radiosity_addon.scene_reader")
+def test_paint_follows_objects_that_are_moved_and_mirrored(addon, blender, scene):
+    module = addon("scene_reader")
     network = Network(blender)
     obj = grid(scene, network.diffuse(network.paint()), 3)
     obj.location, obj.scale, obj.rotation_euler = (5.0, 1.0, -2.0), (-2.0, 3.0, 1.0), (0.3, 0.0, 1.0)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reflectance and emission from node trees."""
 
-import importlib
 import math
 
 import numpy as np
@@ -14,9 +13,9 @@ RED = (0.5, 0.0, 0.0, 1.0)
 
 
 @pytest.fixture
-def read(extension, scene):
+def read(addon, scene):
     """Give `read_material`, checked to return clean arrays."""
-    materials = importlib.import_module(extension.__name__ + ".radiosity_addon.materials")
+    materials = addon("materials")
 
     def read(material):
         surface = materials.read_material(material)

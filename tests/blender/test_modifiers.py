@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Modifiers: what they make gives, blocks and gets light, and the light finds its way back to the mesh they change."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -11,31 +9,6 @@ from tests.blender.building import CUBE_FACES, CUBE_VERTICES, add_mesh, add_room
 # Faces of three, four and five corners, one of them not convex, one edge and one vertex without faces.
 VERTICES = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (-1, 1, 0.5), (4, 0, 0), (4, 2, 0), (9, 9, 9), (3.5, 1, 0)]
 FACES = [(0, 1, 2, 3), (0, 3, 4), (1, 5, 8, 6, 2)]
-
-
-@pytest.fixture
-def module(extension):
-    """Give a function that imports a module of the add-on."""
-    return lambda name: importlib.import_module(f"{extension.__name__}.radiosity_addon.{name}")
-
-
-@pytest.fixture
-def read(module, scene, blender):
-    def read():
-        context = blender.context
-        return module("scene_reader").read_scene(scene, context.view_layer, context.evaluated_depsgraph_get())
-
-    return read
-
-
-@pytest.fixture
-def bake(extension, scene, blender):
-    def bake(**settings):
-        for name, value in ({"quality": 'preview'} | settings).items():
-            setattr(scene.radiosity, name, value)
-        assert blender.ops.radiosity.bake() == {'FINISHED'}
-
-    return bake
 
 
 def modify(obj, kind, **settings):
@@ -136,10 +109,10 @@ def test_what_nothing_is_known_of_takes_the_light_of_the_nearest_corners(read, s
     assert (np.einsum("ij,ij->i", found, normals) > 0.5).all()
 
 
-def test_of_too_many_corners_some_that_lie_close_are_searched(read, module, scene, monkeypatch):
+def test_of_too_many_corners_some_that_lie_close_are_searched(read, addon, scene, monkeypatch):
     obj = add_mesh(scene, "Box", CUBE_VERTICES, CUBE_FACES)
     modify(obj, 'REMESH', octree_depth=6)
-    monkeypatch.setattr(module("objects.corner_maps"), "_MOST_PLACES", 500)
+    monkeypatch.setattr(addon("objects.corner_maps"), "_MOST_PLACES", 500)
     reading = read()
     (target,) = reading.targets
     assert len(target.evaluated.corner_vertex) > 2000
@@ -171,7 +144,7 @@ def test_what_was_carried_back_is_told_once_for_each_object(bake, scene, blender
     ]
 
 
-def test_faces_that_modifiers_take_away_or_make_are_told(read, module, scene, blender):
+def test_faces_that_modifiers_take_away_or_make_are_told(read, addon, scene, blender):
     gone = add_square(scene, "Gone")
     modify(gone, 'MASK', vertex_group=gone.vertex_groups.new(name="Nothing").name)
     ribbon = add_mesh(scene, "Ribbon", [(0, 0, 0), (1, 0, 0)], [])
@@ -183,7 +156,7 @@ def test_faces_that_modifiers_take_away_or_make_are_told(read, module, scene, bl
     assert [line for line in reading.scene.warnings if "'Gone'" in line] == [
         "Object 'Gone': its modifiers leave none of its faces"
     ]
-    chosen, warnings = module("objects.targets").stored_in_place(reading.targets)
+    chosen, warnings = addon("objects.targets").stored_in_place(reading.targets)
     assert not chosen
     assert warnings == ["1 object with faces by modifiers only ('Ribbon') gets no colors in place; choose Baked Copy"]
 

@@ -1,23 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is chosen for each object, and what Blender shows to which rays, decides what it does with light."""
 
-import importlib
-
 import numpy as np
 import pytest
 
 from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_square, colors, glowing
-
-
-@pytest.fixture
-def read(extension, scene, blender):
-    reader = importlib.import_module(extension.__name__ + ".radiosity_addon.scene_reader")
-
-    def read():
-        context = blender.context
-        return reader.read_scene(scene, context.view_layer, context.evaluated_depsgraph_get())
-
-    return read
 
 
 @pytest.fixture
@@ -154,8 +141,8 @@ def test_switches_stay_with_the_file(scene, blender, tmp_path):
     assert not copy.radiosity.receive
 
 
-def test_the_panel_is_there_for_what_has_faces_and_for_lamps(extension, scene, blender):
-    panels = importlib.import_module(extension.__name__ + ".radiosity_addon.object_panel")
+def test_the_panel_is_there_for_what_has_faces_and_for_lamps(addon, scene, blender):
+    panels = addon("object_panel")
     square = add_square(scene)
     camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The picture of a bake: its pixels are the baked colors, and nothing of its making is left."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -10,8 +8,8 @@ from tests.blender.building import add_shader, node_material
 
 
 @pytest.fixture
-def picture(extension):
-    return importlib.import_module(f"{extension.__name__}.radiosity_addon.picture")
+def picture(addon):
+    return addon("picture")
 
 
 @pytest.fixture
@@ -151,8 +149,7 @@ def test_nothing_is_left_over_and_the_scene_is_as_before(blender, scene, picture
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
 
 
-def test_a_failure_is_one_error_and_leaves_no_file(extension, blender, scene, picture, small, tmp_path):
-    error = importlib.import_module(f"{extension.__name__}.core.errors").RadiosityError
+def test_a_failure_is_one_error_and_leaves_no_file(error, blender, scene, picture, small, tmp_path):
     two_walls(blender, scene)
     names = [item.name for item in blender.data.scenes]
     with pytest.raises(error, match='color attribute "Other"'):

@@ -1,30 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's scene as the core gets it: what counts, where it is, which way it looks."""
 
-import importlib
 from math import radians
 
 import numpy as np
 import pytest
 
 from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_room, add_square, glowing
-
-
-@pytest.fixture
-def read(extension, scene, blender):
-    """Give a function that reads the context's scene."""
-    reader = importlib.import_module(extension.__name__ + ".radiosity_addon.scene_reader")
-
-    def read():
-        context = blender.context
-        return reader.read_scene(context.scene, context.view_layer, context.evaluated_depsgraph_get())
-
-    return read
-
-
-@pytest.fixture
-def error(extension):
-    return importlib.import_module(extension.__name__ + ".core.errors").RadiosityError
 
 
 def positions(scene):

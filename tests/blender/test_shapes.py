@@ -1,36 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Objects as artists leave them: curves and text, in Edit Mode, mirrored, linked from files that may be gone."""
 
-import importlib
-
 import numpy as np
 import pytest
 
 from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_room, add_square, colors, glowing
-
-
-@pytest.fixture
-def module(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.radiosity_addon.{name}")
-
-
-@pytest.fixture
-def read(module, scene, blender):
-    def read():
-        context = blender.context
-        return module("scene_reader").read_scene(context.scene, context.view_layer, context.evaluated_depsgraph_get())
-
-    return read
-
-
-@pytest.fixture
-def bake(extension, scene, blender):
-    def bake():
-        blender.context.scene.radiosity.quality = 'preview'
-        assert blender.ops.radiosity.bake() == {'FINISHED'}
-        return blender.context.window_manager.radiosity.warnings.splitlines()
-
-    return bake
 
 
 def link(blender, scene, name, data):
@@ -183,7 +157,7 @@ def test_constraints_and_parents_move_objects(read, scene, blender):
     np.testing.assert_allclose(read().scene.vertices.min(axis=0), (1, 2, 3), atol=1e-6)
 
 
-def test_each_scene_and_view_layer_has_its_own_objects(module, scene, blender):
+def test_each_scene_and_view_layer_has_its_own_objects(addon, scene, blender):
     add_square(scene, "Here")
     for name in ("One", "Two"):
         collection = blender.data.collections.new(name)
@@ -197,7 +171,7 @@ def test_each_scene_and_view_layer_has_its_own_objects(module, scene, blender):
     # A holdout is one for the camera only, and so is what is indirect only.
     one = layer.layer_collection.children["One"]
     one.holdout = one.indirect_only = True
-    read_scene = module("scene_reader").read_scene
+    read_scene = addon("scene_reader").read_scene
     for owner, where, names in (
         (scene, scene.view_layers[0], ("Here", "Two")),
         (scene, layer, ("Here", "One")),

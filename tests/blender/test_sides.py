@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Surfaces of Blender have two sides; the lit ones are baked."""
 
-import importlib
 import json
 
 import numpy as np
@@ -73,8 +72,8 @@ def test_a_hung_panel_lights_the_ceiling(bake, scene):
     assert auto[5].min() > 1.5 * one_sided[5].min()
 
 
-def test_the_sides_are_reported_and_can_be_given_to_the_command(extension, bake, scene, blender, tmp_path):
-    cli = importlib.import_module(f"{extension.__name__}.radiosity_addon.cli")
+def test_the_sides_are_reported_and_can_be_given_to_the_command(addon, bake, scene, blender, tmp_path):
+    cli = addon("cli")
     add_lamp(scene)
     add_outward_room(scene)
     path = str(tmp_path / "room.blend")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What strangers' files bring, through the button and through the command: light, or one line that says why not."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -12,8 +10,8 @@ NAN, INF = float("nan"), float("inf")
 
 
 @pytest.fixture
-def cli(extension):
-    return importlib.import_module(f"{extension.__name__}.radiosity_addon.cli")
+def cli(addon):
+    return addon("cli")
 
 
 @pytest.fixture(params=["button", "command"])
@@ -135,8 +133,8 @@ def test_coordinates_that_are_no_numbers_cost_nothing_but_a_warning(bake, scene,
     assert baked(blender)[:, 0].min() > 0.0 and baked(blender)[:, 1].max() == 0.0
 
 
-def test_the_same_told_of_many_is_told_once_and_counted(extension):
-    gathered = importlib.import_module(f"{extension.__name__}.radiosity_addon.wording").gathered
+def test_the_same_told_of_many_is_told_once_and_counted(addon):
+    gathered = addon("wording").gathered
     same = [f"Object '{name}': {number} faces without area are skipped" for number, name in enumerate("ABCDE", 2)]
     few = [f"Material '{name}': its gloss is ignored" for name in "ABC"]
     others = ["Object 'F': 1 face without area is skipped", "50.0% of the colors are brighter than 1", "One 'A': two"]
