@@ -6,6 +6,11 @@ import numpy as np
 CUBE_VERTICES = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
 # Counter-clockwise seen from outside.
 CUBE_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+# A floor, and a lamp over it that shines down, in the thesis's format.
+SCENE_TEXT = """\
+R 2 (0,0,0) (1,0,0) (1,1,0) (0,1,0) (0,0,1) (0.5,0.5,0.5,1)
+E 1 (0,0,1) (1,0,1) (1,1,1) (0,1,1) (0,0,-1) (1,1,1,10)
+"""
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 
 
@@ -74,3 +79,11 @@ def colors(mesh, name="Radiosity"):
     values = np.zeros(4 * len(layer.data), dtype=np.float32)
     layer.data.foreach_get("color", values)
     return values.reshape(-1, 4)
+
+
+def lit_pair(scene):
+    """Add a lamp that shines down on a floor; return both."""
+    lamp = add_square(scene, "Lamp", glowing(reflectance=0.0, radiance=5.0), z=1.0)
+    lamp.rotation_euler = (np.pi, 0.0, 0.0)
+    lamp.location = (0.0, 1.0, 2.0)
+    return lamp, add_square(scene, "Floor")

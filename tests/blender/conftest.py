@@ -20,6 +20,8 @@ from types import ModuleType
 
 import pytest
 
+from tests.blender.building import add_room, glowing
+
 ROOT = Path(__file__).resolve().parents[2]
 EXTENSION = "radiosity"
 MODULE = f"bl_ext.user_default.{EXTENSION}"
@@ -110,6 +112,22 @@ def read(addon: Callable[[str], ModuleType], scene, blender: ModuleType):
     return read
 
 
+@pytest.fixture(scope="session")
+def read_surfaces(addon: Callable[[str], ModuleType], blender: ModuleType):
+    """Give a function that reads the surfaces of objects, and returns them with what it has to tell."""
+
+    def read(*objects):
+        depsgraph = blender.context.evaluated_depsgraph_get()
+        reader, notes = addon("face_surfaces").SurfaceReader(), []
+        for obj in objects:
+            evaluated = obj.evaluated_get(depsgraph)
+            reader.add(evaluated.to_mesh(), evaluated)
+            evaluated.to_mesh_clear()
+        return reader.finish(notes), notes
+
+    return read
+
+
 @pytest.fixture
 def bake(scene, blender: ModuleType):
     """Give a function that presses the button and returns the warnings."""
@@ -121,6 +139,51 @@ def bake(scene, blender: ModuleType):
         return blender.context.window_manager.radiosity.warnings.splitlines()
 
     return bake
+
+
+@pytest.fixture
+def press(scene, blender: ModuleType):
+    """Give a function that presses the button with settings, and returns what the operator does."""
+
+    def press(**settings):
+        for name, value in settings.items():
+            setattr(scene.radiosity, name, value)
+        return blender.ops.radiosity.bake()
+
+    return press
+
+
+@pytest.fixture
+def run(addon: Callable[[str], ModuleType], scene, capsys: pytest.CaptureFixture[str]):
+    """Give a function that runs the command in this process: exit code, stdout, stderr."""
+    cli = addon("cli")
+
+    def run(*arguments):
+        capsys.readouterr()
+        code = cli.main([str(argument) for argument in arguments], prog="bake.py")
+        return code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def save(blender: ModuleType, scene, tmp_path: Path):
+    """Give a function that saves the scene as a file, then empties it."""
+
+    def save(name="room.blend"):
+        path = tmp_path / name
+        blender.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+        blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        return path
+
+    return save
+
+
+@pytest.fixture
+def room(scene, save):
+    """Give a saved file with a glowing room."""
+    add_room(scene, material=glowing())
+    return save()
 
 
 @pytest.fixture

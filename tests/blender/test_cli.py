@@ -11,57 +11,8 @@ import sys
 import numpy as np
 import pytest
 
-from tests.blender.building import SQUARE, add_mesh, add_room, add_square, colors, glowing
+from tests.blender.building import SCENE_TEXT, SQUARE, add_mesh, add_room, colors, glowing
 from tests.blender.conftest import ROOT
-
-TEXT = """\
-R 2 (0,0,0) (1,0,0) (1,1,0) (0,1,0) (0,0,1) (0.5,0.5,0.5,1)
-E 1 (0,0,1) (1,0,1) (1,1,1) (0,1,1) (0,0,-1) (1,1,1,10)
-"""
-
-
-@pytest.fixture
-def run(addon, scene, capsys):
-    """Give a function that runs the command in this process: exit code, stdout, stderr."""
-    cli = addon("cli")
-
-    def run(*arguments):
-        capsys.readouterr()
-        code = cli.main([str(argument) for argument in arguments], prog="bake.py")
-        return code, *capsys.readouterr()
-
-    return run
-
-
-@pytest.fixture
-def save(blender, scene, tmp_path):
-    """Give a function that saves the scene as a file, then empties it."""
-
-    def save(name="room.blend"):
-        path = tmp_path / name
-        blender.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
-        blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-        return path
-
-    return save
-
-
-@pytest.fixture
-def room(scene, save):
-    """Give a saved file with a glowing room."""
-    add_room(scene, material=glowing())
-    return save()
-
-
-def assert_one_complaint(result, code, words):
-    """Check an exit code, and that nothing but the reason was said at the end."""
-    assert result[0] == code
-    assert result[1] == ""
-    *progress, complaint = result[2].splitlines()
-    assert complaint.startswith("radiosity: error: ")
-    assert words in complaint
-    assert "error" not in "".join(progress)
-    assert "Traceback" not in result[2]
 
 
 def test_everything_is_written_and_the_input_stays(blender, room, run, tmp_path):
@@ -166,7 +117,7 @@ def test_the_input_is_overwritten_when_it_is_named(blender, room, run):
 
 def test_a_text_scene_is_imported_and_its_divisions_multiplied(blender, run, tmp_path):
     path = tmp_path / "two.txt"
-    path.write_text(TEXT)
+    path.write_text(SCENE_TEXT)
     code, _, _ = run(path, "--subdivide", "3", "--output", tmp_path / "out.blend", "--report", tmp_path / "report.json")
     assert code == 0
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "out.blend"))
@@ -182,44 +133,6 @@ def test_without_a_file_to_write_the_figures_are_given_with_a_warning(room, run)
     assert "radiosity: warning: nothing was written" in err
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "words"),
-    [
-        ("missing.blend", None, "There is no file"),
-        ("bad.blend", b"this is no blend file", "Blender cannot read"),
-        ("short.blend", "cut", "Blender cannot read"),
-        ("bad.txt", TEXT.encode() + b"R 2 (0,0,0) (1,0,0)\n", "Line 3"),
-        ("scene.obj", b"v 0 0 0", "Blender cannot read"),
-    ],
-)
-def test_inputs_that_cannot_be_read(room, run, tmp_path, name, content, words):
-    if content is not None:
-        (tmp_path / name).write_bytes(room.read_bytes()[:20000] if content == "cut" else content)
-    before = {path.name for path in tmp_path.iterdir()}
-    assert_one_complaint(run(tmp_path / name, "--report", tmp_path / "report.json"), 1, words)
-    assert {path.name for path in tmp_path.iterdir()} == before
-
-
-def test_no_file_is_loaded(run, tmp_path):
-    assert_one_complaint(run("--report", tmp_path / "report.json"), 1, "No .blend is loaded")
-
-
-def no_mesh(_scene):
-    pass
-
-
-def no_emitter(scene):
-    add_square(scene)
-
-
-@pytest.mark.parametrize(("build", "words"), [(no_mesh, "has no mesh"), (no_emitter, "emits light")])
-def test_scenes_that_cannot_be_baked(scene, save, run, tmp_path, build, words):
-    build(scene)
-    path = save()
-    assert_one_complaint(run(path, "--output", tmp_path / "out.blend"), 1, words)
-    assert [found.name for found in tmp_path.iterdir()] == ["room.blend"]
-
-
 def test_a_vertex_nowhere_is_told_in_the_report(scene, save, run, tmp_path):
     add_room(scene, material=glowing())
     add_mesh(scene, "Broken", [*SQUARE[:3], (0.0, float("nan"), 0.0)], [(0, 1, 2, 3)])
@@ -227,68 +140,6 @@ def test_a_vertex_nowhere_is_told_in_the_report(scene, save, run, tmp_path):
     assert run(path, "--report", tmp_path / "report.json")[0] == 0
     warnings = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["warnings"]
     assert any("Object 'Broken': 1 face with a vertex at no finite place" in line for line in warnings)
-
-
-def test_a_matrix_that_would_not_fit(room, run, tmp_path):
-    result = run(room, "--method", "gathering", "--max-edge", "0.001", "--output", tmp_path / "out.blend")
-    assert_one_complaint(result, 1, "")
-    assert any(unit in result[2] for unit in ("GB", "GiB", "patches"))
-    assert not (tmp_path / "out.blend").exists()
-
-
-@pytest.mark.parametrize("option", ["--output", "--gltf", "--render", "--report"])
-def test_outputs_that_cannot_be_written_are_found_before_the_bake(addon, room, run, tmp_path, option):
-    ending = addon("cli_options").ENDINGS[option[2:]]
-    folder = tmp_path / f"folder{ending}"
-    folder.mkdir()
-    for path, words in ((tmp_path / "missing" / f"a{ending}", "there is no folder"), (folder, "it is a folder")):
-        result = run(room, option, path)
-        assert_one_complaint(result, 1, words)
-        assert len(result[2].splitlines()) == 1
-
-
-def test_an_export_that_fails_leaves_what_was_there(addon, room, run, tmp_path, monkeypatch):
-    def fail(_file, _shown):
-        raise addon("cli").RadiosityError("the file is wrong")
-
-    monkeypatch.setattr(addon("gltf"), "check_colors", fail)
-    (tmp_path / "a.glb").write_bytes(b"older")
-    assert_one_complaint(run(room, "--gltf", tmp_path / "a.glb"), 1, "the file is wrong")
-    assert (tmp_path / "a.glb").read_bytes() == b"older"
-    assert {path.name for path in tmp_path.iterdir()} == {"room.blend", "a.glb"}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--method", "magic"], "--method"),
-        (["--form-factors", "none"], "--form-factors"),
-        (["--quality", "best"], "--quality"),
-        (["--domain", "FACE"], "--domain"),
-        (["--max-edge", "-1"], "-1.0 m"),
-        (["--max-edge", "nan"], "nan m"),
-        (["--max-edge", "long"], "--max-edge"),
-        (["--iterations", "0"], "iterations"),
-        (["--subdivide", "1.5"], "--subdivide"),
-        (["--tolerance", "2"], "tolerance"),
-        (["--exposure", "bright"], "--exposure"),
-        (["--exposure", "inf"], "--exposure"),
-        (["--gltf", "a.obj"], "--gltf writes a .glb file"),
-        (["--output", "a.txt"], "--output writes a .blend file"),
-        (["--qual", "medium"], "--qual"),
-        (["another.blend"], "another.blend"),
-        (["--light", "all"], "combined"),
-        (["--data-type", "half"], "give float or byte"),
-        (["--target", "elsewhere"], "give in-place or copy"),
-    ],
-)
-def test_wrong_usage(room, run, tmp_path, monkeypatch, arguments, words):
-    monkeypatch.chdir(tmp_path)
-    assert_one_complaint(run(room, *arguments), 2, words)
-
-
-def test_a_name_that_blender_needs_is_wrong_usage(room, run):
-    assert_one_complaint(run(room, "--attribute", "position"), 2, "'position'")
 
 
 def test_help_ends_with_success(run):
@@ -307,18 +158,6 @@ def test_the_installed_command_bakes_the_loaded_file(addon, blender, room, capsy
     assert (tmp_path / "report.json").is_file()
     assert command.run([]) == 2
     assert command.run(["cook"]) == 2
-
-
-def test_an_interruption_is_130_and_writes_nothing(addon, room, run, tmp_path, monkeypatch):
-    def interrupted(*_arguments, **_options):
-        signal.raise_signal(signal.SIGINT)
-        yield
-
-    monkeypatch.setattr(addon("cli"), "bake_scene", interrupted)
-    handler = signal.getsignal(signal.SIGINT)
-    assert_one_complaint(run(room, "--output", tmp_path / "out.blend"), 130, "Interrupted")
-    assert signal.getsignal(signal.SIGINT) is handler
-    assert [path.name for path in tmp_path.iterdir()] == ["room.blend"]
 
 
 @pytest.fixture
@@ -349,7 +188,9 @@ def test_a_process_can_be_interrupted(blender, checkout, tmp_path):
     if blender.app.binary_path:
         pytest.skip("starts the bpy wheel's Python")
     room = tmp_path / "large.txt"
-    room.write_text("\n".join(line.replace(" 2 ", " 60 ", 1).replace(" 1 ", " 60 ", 1) for line in TEXT.splitlines()))
+    room.write_text(
+        "\n".join(line.replace(" 2 ", " 60 ", 1).replace(" 1 ", " 60 ", 1) for line in SCENE_TEXT.splitlines())
+    )
     process = subprocess.Popen(
         [
             sys.executable,

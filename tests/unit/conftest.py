@@ -6,9 +6,16 @@ import pytest
 from hypothesis import settings
 
 from core.bake import bake
+from core.facing.sides import auto_sides
+from core.meshing import mesh
+from core.occlusion.blender_tree import BVHOccluders
+from core.occlusion.brute_force import BruteForceOccluders
+from core.occlusion.streams import StreamOccluders
+from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings
+from tests.unit.islands import Things, sheet
 
 # A machine that does other things, too, is no failure.
 settings.register_profile("unhurried", deadline=None)
@@ -78,3 +85,51 @@ def light():
         return exhaust(bake(scene, Settings(method=method, **settings)))
 
     return run
+
+
+@pytest.fixture(params=["brute", "stream", "tree"])
+def occluders(request):
+    """Return a way to build occluders; the tree only where Blender is."""
+    if request.param == "tree":
+        pytest.importorskip("bpy")
+    return {"brute": BruteForceOccluders, "stream": StreamOccluders, "tree": BVHOccluders}[request.param]
+
+
+@pytest.fixture(params=["brute", "tree"])
+def decide(request):
+    """Return a way to decide sides, with every kind of occluders that knows what is nearest."""
+    if request.param == "tree":
+        pytest.importorskip("bpy")
+    kind = {"brute": BruteForceOccluders, "tree": BVHOccluders}[request.param]
+
+    def run(scene, **options):
+        patches = mesh(scene)
+        return auto_sides(scene, patches, kind(occluder_polygons(scene, patches)), **options)
+
+    return run
+
+
+@pytest.fixture
+def found(decide):
+    """Return the sides of every object: one number, or a tuple where its islands differ."""
+
+    def run(things, *lamps):
+        scene = decide(things.scene(lamps=lamps))
+        sides = {}
+        for index, name in enumerate(scene.object_names):
+            mine = np.unique(scene.sides[scene.face_object == index]).tolist()
+            sides[name] = mine[0] if len(mine) == 1 else tuple(mine)
+        return sides
+
+    return run
+
+
+@pytest.fixture
+def lit_room(box):
+    """A room of 4 m x 4 m x 3 m with a lamp in the middle of its ceiling, 20 cm under it: `room(inward=True)`."""
+
+    def build(inward=True):
+        lamp = sheet((1.5, 1.5, 2.8), (2.5, 2.5), up=False)
+        return Things().add("Room", box((4, 4, 3), inward=inward)).add("Lamp", [lamp], emission=10.0)
+
+    return build

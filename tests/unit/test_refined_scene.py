@@ -7,7 +7,7 @@ import pytest
 from core.refined_scene import refined_scene
 from core.refinement import refine
 from core.scene import Scene
-from tests.unit.test_paint import SQUARE, furnace, halves, painted
+from tests.unit.painted_faces import SQUARE, furnace, halves, painted
 
 
 @pytest.mark.parametrize("method", ["hierarchical", "gathering", "shooting"])

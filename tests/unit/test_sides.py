@@ -6,97 +6,20 @@ import pytest
 
 from core.facing.islands import islands
 from core.facing.sides import auto_sides, choose_sides, island_counts
-from core.lighting.lamps import PointLamp, SkyLamp, SunLamp
 from core.meshing import mesh
-from core.occlusion.blender_tree import BVHOccluders
 from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
-from core.scene import AUTO, BACK, BOTH, FRONT, Scene
-
-SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
-
-
-def sheet(low, high, *, up=True):
-    """Return a horizontal rectangle."""
-    corners = low + SQUARE * (*(np.array(high) - low[:2]), 1.0)
-    return corners if up else corners[::-1]
+from core.scene import BACK, BOTH, FRONT, Scene
+from tests.unit.islands import SQUARE, Things, sheet, upright
 
 
-def upright(x, y, z, *, right=True):
-    """Return a rectangle across the x axis, over ranges of y and z, that faces along the axis or against it."""
-    corners = np.array([(x, y[0], z[0]), (x, y[1], z[0]), (x, y[1], z[1]), (x, y[0], z[1])], float)
-    return corners if right else corners[::-1]
+def test_a_room_is_lit_inside_whatever_its_normals(found, lit_room):
+    assert found(lit_room(inward=True))["Room"] == FRONT
+    assert found(lit_room(inward=False))["Room"] == BACK
 
 
-class Things:
-    """A scene that is put together object by object, each with vertices of its own."""
-
-    def __init__(self):
-        self.polygons, self.emission, self.names, self.of, self.chosen = [], [], [], [], []
-
-    def add(self, name, polygons, emission=0.0, sides=AUTO):
-        if name not in self.names:
-            self.names.append(name)
-        self.polygons += list(polygons)
-        self.of += [self.names.index(name)] * len(polygons)
-        self.emission += [emission] * len(polygons)
-        self.chosen += [sides] * len(polygons)
-        return self
-
-    def scene(self, **fields):
-        emission = np.repeat(np.array(self.emission)[:, None], 3, axis=1)
-        return Scene.from_polygons(
-            self.polygons, 0.5, emission, sides=self.chosen, face_object=self.of, object_names=self.names, **fields
-        )
-
-
-@pytest.fixture(params=["brute", "tree"])
-def decide(request):
-    """Return a way to decide sides, with every kind of occluders that knows what is nearest."""
-    if request.param == "tree":
-        pytest.importorskip("bpy")
-    kind = {"brute": BruteForceOccluders, "tree": BVHOccluders}[request.param]
-
-    def run(scene, **options):
-        patches = mesh(scene)
-        return auto_sides(scene, patches, kind(occluder_polygons(scene, patches)), **options)
-
-    return run
-
-
-@pytest.fixture
-def found(decide):
-    """Return the sides of every object: one number, or a tuple where its islands differ."""
-
-    def run(things, *lamps):
-        scene = decide(things.scene(lamps=lamps))
-        sides = {}
-        for index, name in enumerate(scene.object_names):
-            mine = np.unique(scene.sides[scene.face_object == index]).tolist()
-            sides[name] = mine[0] if len(mine) == 1 else tuple(mine)
-        return sides
-
-    return run
-
-
-@pytest.fixture
-def room(box):
-    """A room of 4 m x 4 m x 3 m with a lamp in the middle of its ceiling, 20 cm under it: `room(inward=True)`."""
-
-    def build(inward=True):
-        lamp = sheet((1.5, 1.5, 2.8), (2.5, 2.5), up=False)
-        return Things().add("Room", box((4, 4, 3), inward=inward)).add("Lamp", [lamp], emission=10.0)
-
-    return build
-
-
-def test_a_room_is_lit_inside_whatever_its_normals(found, room):
-    assert found(room(inward=True))["Room"] == FRONT
-    assert found(room(inward=False))["Room"] == BACK
-
-
-def test_a_hung_panel_shines_up_and_down(found, room):
-    assert found(room())["Lamp"] == BOTH
+def test_a_hung_panel_shines_up_and_down(found, lit_room):
+    assert found(lit_room())["Lamp"] == BOTH
 
 
 def test_the_back_of_a_panel_that_nothing_sees_is_left_out(found):
@@ -106,37 +29,37 @@ def test_the_back_of_a_panel_that_nothing_sees_is_left_out(found):
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-3, 0.5, -1e-3])
-def test_a_closed_solid_is_lit_outside(found, room, box, gap):
+def test_a_closed_solid_is_lit_outside(found, lit_room, box, gap):
     # Flush on the floor, a little above, well above, a little sunk into it.
-    things = room().add("Block", box((1, 1, 1), (1, 1, gap), inward=False))
+    things = lit_room().add("Block", box((1, 1, 1), (1, 1, gap), inward=False))
     assert found(things) == {"Room": FRONT, "Lamp": BOTH, "Block": FRONT}
 
 
-def test_solids_that_touch_each_other_and_the_walls(found, room, box):
-    things = room()
+def test_solids_that_touch_each_other_and_the_walls(found, lit_room, box):
+    things = lit_room()
     for index, place in enumerate([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (3, 3, 0)]):
         things.add(f"Block {index}", box((1, 1, 1), place, inward=False))
     sides = found(things)
     assert {name: side for name, side in sides.items() if side != FRONT} == {"Lamp": BOTH}
 
 
-def test_a_solid_turned_inside_out_is_lit_from_its_back(found, room, box):
-    assert found(room().add("Block", box((1, 1, 1), (1, 1, 1), inward=True)))["Block"] == BACK
+def test_a_solid_turned_inside_out_is_lit_from_its_back(found, lit_room, box):
+    assert found(lit_room().add("Block", box((1, 1, 1), (1, 1, 1), inward=True)))["Block"] == BACK
 
 
-def test_a_box_without_a_bottom_is_dark_inside(found, room, box):
+def test_a_box_without_a_bottom_is_dark_inside(found, lit_room, box):
     block = box((1, 1, 1), (1, 1, 0), inward=False)[1:]
-    assert found(room().add("Block", block))["Block"] == FRONT
+    assert found(lit_room().add("Block", block))["Block"] == FRONT
 
 
-def test_an_open_bowl_is_lit_on_both_sides(found, room, box):
+def test_an_open_bowl_is_lit_on_both_sides(found, lit_room, box):
     bowl = [face for index, face in enumerate(box((1, 1, 0.5), (1, 1, 0.5), inward=False)) if index != 1]
-    assert found(room().add("Bowl", bowl))["Bowl"] == BOTH
+    assert found(lit_room().add("Bowl", bowl))["Bowl"] == BOTH
 
 
 @pytest.mark.parametrize("up", [True, False])
-def test_a_table_top_is_lit_on_both_sides(found, room, up):
-    assert found(room().add("Top", [sheet((1, 1, 0.7), (2, 2), up=up)]))["Top"] == BOTH
+def test_a_table_top_is_lit_on_both_sides(found, lit_room, up):
+    assert found(lit_room().add("Top", [sheet((1, 1, 0.7), (2, 2), up=up)]))["Top"] == BOTH
 
 
 @pytest.mark.parametrize("right", [True, False])
@@ -181,82 +104,26 @@ def test_a_furnace_is_lit_inside(found, box, inward):
     assert found(furnace)["Furnace"] == (FRONT if inward else BACK)
 
 
-def test_a_bulb_shines_outwards(found, room, box):
-    things = room().add("Bulb", box((0.1, 0.1, 0.1), (1, 1, 1), inward=False), emission=5.0)
+def test_a_bulb_shines_outwards(found, lit_room, box):
+    things = lit_room().add("Bulb", box((0.1, 0.1, 0.1), (1, 1, 1), inward=False), emission=5.0)
     assert found(things)["Bulb"] == FRONT
 
 
-def test_what_no_light_reaches_shows_its_front(found, room, box):
-    things = room().add("Cellar", box((4, 4, 2), (0, 0, -3), inward=False))
+def test_what_no_light_reaches_shows_its_front(found, lit_room, box):
+    things = lit_room().add("Cellar", box((4, 4, 2), (0, 0, -3), inward=False))
     assert found(things)["Cellar"] == FRONT
 
 
-GREY_WORLD = SkyLamp("World", np.full((1, 1, 3), 0.05))
-SUN = SunLamp("Sun", np.full(3, 3.0), np.array([0.6, 0.0, 0.8]))
-
-
-def bulb(place):
-    return PointLamp("Bulb", np.ones(3), np.array(place, float), 0.02)
-
-
-@pytest.mark.parametrize("inward", [True, False])
-def test_a_lamp_lights_the_inside_of_a_room(found, box, inward):
-    things = Things().add("Room", box((4, 4, 3), inward=inward)).add("Block", box((1, 1, 1), (1, 1, 0), inward=False))
-    assert found(things, bulb((3, 3, 2))) == {"Room": FRONT if inward else BACK, "Block": FRONT}
-    # Blender's own world is not black, and lights the outside, which nobody sees.
-    assert found(things, bulb((3, 3, 2)), GREY_WORLD) == {"Room": FRONT if inward else BACK, "Block": FRONT}
-
-
-@pytest.mark.parametrize("lamp", [GREY_WORLD, SUN, bulb((3, 3, 3))])
-def test_solids_on_a_floor_are_lit_outside(found, box, lamp):
-    things = Things().add("Floor", [sheet((0, 0, 0), (4, 4))])
-    things.add("Flush", box((1, 1, 1), (1, 1, 0), inward=False))
-    things.add("Above", box((0.5, 0.5, 0.5), (2.5, 1, 1e-3), inward=False))
-    assert found(things, lamp) == {"Floor": FRONT, "Flush": FRONT, "Above": FRONT}
-
-
-@pytest.mark.parametrize("inward", [True, False])
-def test_sun_and_sky_through_a_window(found, box, inward):
-    walls = [face for index, face in enumerate(box((4, 4, 3), inward=inward)) if index != 5]
-    # The wall at x = 4, with a window of 1 m x 1 m in it.
-    ys, zs = [0, 1.5, 2.5, 4], [0, 1, 2, 3]
-    for i in range(3):
-        for j in range(3):
-            if (i, j) != (1, 1):
-                walls.append(upright(4, ys[i : i + 2], zs[j : j + 2], right=not inward))
-    room = Things().add("Room", walls)
-    side = FRONT if inward else BACK
-    assert found(room, SUN) == found(room, GREY_WORLD) == {"Room": side}
-    # A shelf in the corner beside the window: only what the walls reflect gets there.
-    room.add("Shelf", [sheet((3, 0, 1), (3.9, 0.9), up=True)])
-    assert found(room, SUN) == {"Room": side, "Shelf": BOTH}
-    # The outside of the walls sends light to the ground.
-    room.add("Ground", [sheet((-9, -9, -1e-3), (18, 18))])
-    assert found(room, SUN)["Room"] == BOTH
-
-
-def test_light_that_nothing_blocks_comes_into_a_closed_room(found, box):
-    room = Things().add("Room", box((4, 4, 3))).add("Top", [sheet((1, 1, 0.7), (2, 2))])
-    bare = SunLamp("Sun", np.full(3, 3.0), np.array([0.6, 0.0, 0.8]), shadows=False)
-    assert found(room, bare) == {"Room": FRONT, "Top": BOTH}
-    assert found(room, SUN) == {"Room": BACK, "Top": FRONT}
-
-
-def test_a_leaf_over_the_ground_is_lit_on_both_sides(found):
-    things = Things().add("Ground", [sheet((-9, -9, 0), (18, 18))]).add("Leaf", [sheet((0, 0, 2), (0.1, 0.1))])
-    assert found(things, SUN) == {"Ground": FRONT, "Leaf": BOTH}
-
-
-def test_islands_of_one_object_are_decided_one_by_one(decide, room, box):
-    things = room(inward=False)
+def test_islands_of_one_object_are_decided_one_by_one(decide, lit_room, box):
+    things = lit_room(inward=False)
     things.add("Room", box((1, 1, 1), (0.5, 0.5, 0.5), inward=False))
     scene = decide(things.scene())
     assert scene.sides[scene.face_object == 0].tolist() == [BACK] * 6 + [FRONT] * 6
     assert island_counts(scene) == {"front": 1, "back": 1, "both": 1}
 
 
-def test_flipped_islands_are_told(decide, room, box):
-    things = room(inward=False)
+def test_flipped_islands_are_told(decide, lit_room, box):
+    things = lit_room(inward=False)
     for x in (1, 2):
         things.add("Blocks", box((0.5, 0.5, 0.5), (x, 1, 1), inward=True))
     scene = decide(things.scene(warnings=["Something else"]))
@@ -269,22 +136,22 @@ def test_flipped_islands_are_told(decide, room, box):
     assert island_counts(scene) == {"front": 0, "back": 3, "both": 1}
 
 
-def test_sides_that_are_chosen_stay(decide, room):
-    things = room(inward=False).add("Top", [sheet((1, 1, 0.7), (2, 2))], sides=FRONT)
+def test_sides_that_are_chosen_stay(decide, lit_room):
+    things = lit_room(inward=False).add("Top", [sheet((1, 1, 0.7), (2, 2))], sides=FRONT)
     scene = decide(things.scene())
     assert scene.sides.tolist() == [BACK] * 6 + [BOTH, FRONT]
     assert decide(scene) is scene
 
 
 @pytest.mark.parametrize(("choice", "side"), [("front", FRONT), ("back", BACK)])
-def test_a_choice_for_all_goes_where_none_was_made(room, choice, side):
-    scene = room().add("Top", [sheet((1, 1, 0.7), (2, 2))], sides=BOTH).scene()
+def test_a_choice_for_all_goes_where_none_was_made(lit_room, choice, side):
+    scene = lit_room().add("Top", [sheet((1, 1, 0.7), (2, 2))], sides=BOTH).scene()
     assert choose_sides(scene, mesh(scene), None, choice).sides.tolist() == [side] * 7 + [BOTH]
 
 
 @pytest.mark.parametrize("inward", [True, False])
-def test_a_bake_shows_the_light_inside(room, light, inward):
-    scene = room(inward).scene()
+def test_a_bake_shows_the_light_inside(lit_room, light, inward):
+    scene = lit_room(inward).scene()
     chosen = {"method": "gathering", "max_edge": 1.0}
     auto = light(scene, **chosen)
     np.testing.assert_allclose(auto.report.row_sum.mean, 1.0, atol=0.02)
@@ -307,14 +174,14 @@ def test_a_side_that_is_chosen_off_passes_no_light_on(found, box):
     assert under(BACK) == FRONT
 
 
-def test_the_same_seed_decides_the_same(decide, room, box):
-    scene = room().add("Block", box((1, 1, 1), (1, 1, 0))).scene()
+def test_the_same_seed_decides_the_same(decide, lit_room, box):
+    scene = lit_room().add("Block", box((1, 1, 1), (1, 1, 0))).scene()
     one, other = decide(scene, seed=5), decide(scene, seed=5)
     np.testing.assert_array_equal(one.sides, other.sides)
 
 
-def test_a_crowd_is_decided_object_by_object(room):
-    things = room()
+def test_a_crowd_is_decided_object_by_object(lit_room):
+    things = lit_room()
     for index in range(600):
         x, y, z = index % 10, index // 10 % 10, index // 100
         place = (0.4 * x, 0.4 * y, 0.2 + 0.4 * z)

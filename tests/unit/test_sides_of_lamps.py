@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which sides lamps, sun and sky light: of rooms and solids, through windows, on leaves."""
+
+import numpy as np
+import pytest
+
+from core.lighting.lamps import PointLamp, SkyLamp, SunLamp
+from core.scene import BACK, BOTH, FRONT
+from tests.unit.islands import Things, sheet, upright
+
+GREY_WORLD = SkyLamp("World", np.full((1, 1, 3), 0.05))
+
+SUN = SunLamp("Sun", np.full(3, 3.0), np.array([0.6, 0.0, 0.8]))
+
+
+def bulb(place):
+    return PointLamp("Bulb", np.ones(3), np.array(place, float), 0.02)
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_a_lamp_lights_the_inside_of_a_room(found, box, inward):
+    things = Things().add("Room", box((4, 4, 3), inward=inward)).add("Block", box((1, 1, 1), (1, 1, 0), inward=False))
+    assert found(things, bulb((3, 3, 2))) == {"Room": FRONT if inward else BACK, "Block": FRONT}
+    # Blender's own world is not black, and lights the outside, which nobody sees.
+    assert found(things, bulb((3, 3, 2)), GREY_WORLD) == {"Room": FRONT if inward else BACK, "Block": FRONT}
+
+
+@pytest.mark.parametrize("lamp", [GREY_WORLD, SUN, bulb((3, 3, 3))])
+def test_solids_on_a_floor_are_lit_outside(found, box, lamp):
+    things = Things().add("Floor", [sheet((0, 0, 0), (4, 4))])
+    things.add("Flush", box((1, 1, 1), (1, 1, 0), inward=False))
+    things.add("Above", box((0.5, 0.5, 0.5), (2.5, 1, 1e-3), inward=False))
+    assert found(things, lamp) == {"Floor": FRONT, "Flush": FRONT, "Above": FRONT}
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_sun_and_sky_through_a_window(found, box, inward):
+    walls = [face for index, face in enumerate(box((4, 4, 3), inward=inward)) if index != 5]
+    # The wall at x = 4, with a window of 1 m x 1 m in it.
+    ys, zs = [0, 1.5, 2.5, 4], [0, 1, 2, 3]
+    for i in range(3):
+        for j in range(3):
+            if (i, j) != (1, 1):
+                walls.append(upright(4, ys[i : i + 2], zs[j : j + 2], right=not inward))
+    room = Things().add("Room", walls)
+    side = FRONT if inward else BACK
+    assert found(room, SUN) == found(room, GREY_WORLD) == {"Room": side}
+    # A shelf in the corner beside the window: only what the walls reflect gets there.
+    room.add("Shelf", [sheet((3, 0, 1), (3.9, 0.9), up=True)])
+    assert found(room, SUN) == {"Room": side, "Shelf": BOTH}
+    # The outside of the walls sends light to the ground.
+    room.add("Ground", [sheet((-9, -9, -1e-3), (18, 18))])
+    assert found(room, SUN)["Room"] == BOTH
+
+
+def test_light_that_nothing_blocks_comes_into_a_closed_room(found, box):
+    room = Things().add("Room", box((4, 4, 3))).add("Top", [sheet((1, 1, 0.7), (2, 2))])
+    bare = SunLamp("Sun", np.full(3, 3.0), np.array([0.6, 0.0, 0.8]), shadows=False)
+    assert found(room, bare) == {"Room": FRONT, "Top": BOTH}
+    assert found(room, SUN) == {"Room": BACK, "Top": FRONT}
+
+
+def test_a_leaf_over_the_ground_is_lit_on_both_sides(found):
+    things = Things().add("Ground", [sheet((-9, -9, 0), (18, 18))]).add("Leaf", [sheet((0, 0, 2), (0.1, 0.1))])
+    assert found(things, SUN) == {"Ground": FRONT, "Leaf": BOTH}
