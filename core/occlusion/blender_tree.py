@@ -2,13 +2,9 @@
 """Segments and rays against Blender's own tree of boxes, which is only there inside Blender."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from .surfaces import GROWTH, MARGIN, Occluding
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 # How far behind a surface that does not count Blender's tree is asked again: the grain of single precision.
 _STEP = 1e-7
@@ -34,14 +30,11 @@ class BVHOccluders:
     def __init__(self, occluding: Occluding) -> None:
         from mathutils.bvhtree import BVHTree
 
-        points = occluding.vertices
-        # The tree works in single precision, which wants the scene at the origin and of the size of one.
+        # The tree works in single precision.
         self._core = occluding.core
-        self._size, self._centre = self._core.size, self._core.centre
         self._face = occluding.triangle_face
-        self._margin = MARGIN + np.broadcast_to(occluding.slack, len(self._face)) / self._size
-        self._margin = self._margin + MARGIN * self._core.away(points[occluding.triangles])
-        corners = self._local(points)[occluding.triangles]
+        self._margin = occluding.margins
+        corners = self._core.local(occluding.vertices)[occluding.triangles]
         # Nothing is farther from the middle.
         self._reach = max(1.0, float(np.max(np.linalg.norm(corners, axis=2), initial=0.0)))
         self._start = corners[:, 0]
@@ -52,40 +45,32 @@ class BVHOccluders:
             _outgrown(corners).reshape(-1, 3).tolist(), index.tolist(), all_triangles=True, epsilon=0.0
         )
 
-    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+    def blocked(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
-        if self._core.whole:
-            return self._crossed(origins, targets)
-        # Single precision is as fine as what is far away is far.
-        begin, end, owner = self._core.cut(origins, targets)
-        result = np.zeros(len(origins), dtype=bool)
-        result[owner[self._crossed(begin, end)]] = True
-        return result
+        return self._core.piecewise(origins, targets, self._crossed)
 
-    def _crossed(self, origins: Floats, targets: Floats) -> Bools:
+    def _crossed(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return which segments are blocked, as they are."""
-        start, end = self._local(origins), self._local(targets)
+        start, end = self._core.local(origins), self._core.local(targets)
         length = np.linalg.norm(end - start, axis=1)
         way = (end - start) / np.maximum(length, 1e-30)[:, None]
         triangle, _ = self._first(start, way, length - MARGIN, (start, end))
         return np.asarray(triangle >= 0)
 
-    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
+    def nearest(self, origins: FloatArray, directions: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return face, distance and side of what rays hit first; see `BruteForceOccluders.nearest`."""
-        start = self._local(origins)
+        start = self._core.local(origins)
         way = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         triangle, distance = self._first(start, way, np.linalg.norm(start, axis=1) + self._reach, (start,))
         hit = np.flatnonzero(triangle >= 0)
         face, front = np.full(len(origins), -1), np.zeros(len(origins), dtype=bool)
         face[hit] = self._face[triangle[hit]]
         front[hit] = (self._normal[triangle[hit]] * way[hit]).sum(axis=1) < 0
-        return face, distance * self._size, front
+        return face, distance * self._core.size, front
 
-    def _local(self, points: Floats) -> Floats:
-        """Return points in the units of the tree."""
-        return np.asarray((points - self._centre) / self._size)
-
-    def _first(self, start: Floats, way: Floats, reach: Floats, ends: tuple[Floats, ...]) -> tuple[Ints, Floats]:
+    def _first(
+        self, start: FloatArray, way: FloatArray, reach: FloatArray, ends: tuple[FloatArray, ...]
+    ) -> tuple[IntArray, FloatArray]:
         """Return the first triangles within reach in whose planes no end lies, -1 for none, and their distances."""
         triangle, distance = np.full(len(start), -1), np.full(len(start), np.inf)
         gone, step = np.full(len(start), MARGIN), _STEP
@@ -114,7 +99,7 @@ class BVHOccluders:
         return triangle, distance
 
 
-def _outgrown(corners: Floats) -> Floats:
+def _outgrown(corners: FloatArray) -> FloatArray:
     """Return triangles, shape (t, 3, 3), with each edge `GROWTH` further out; needles grow less."""
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1), axis=2)
     around = sides.sum(axis=1)

@@ -11,11 +11,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Singles = NDArray[np.float32]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+from ..arrays import IntArray, SingleArray
 
 # Members that are looked at to cut a node: all of so many, or a sample; fewer for each node where there are many.
 _FEWEST, _MOST, _IN_ALL = 64, 4096, 1 << 18
@@ -39,15 +36,15 @@ class BoxTree:
         Bounds of each node.
     """
 
-    order: Ints
-    start: Ints
-    stop: Ints
-    child: Ints
-    low: Singles
-    high: Singles
+    order: IntArray
+    start: IntArray
+    stop: IntArray
+    child: IntArray
+    low: SingleArray
+    high: SingleArray
 
 
-def box_tree(low: Singles, high: Singles, most: int) -> BoxTree:
+def box_tree(low: SingleArray, high: SingleArray, most: int) -> BoxTree:
     """Grow a tree.
 
     Parameters
@@ -63,7 +60,7 @@ def box_tree(low: Singles, high: Singles, most: int) -> BoxTree:
     """
     order, boxes = np.arange(len(low)), _Boxes.of(low, high)
     starts, stops = [np.array([0])], [np.array([len(low)])]
-    children: list[Ints] = []
+    children: list[IntArray] = []
     levels = [(0, 1)]
     while True:
         start, stop, (first, last) = starts[-1], stops[-1], levels[-1]
@@ -82,8 +79,13 @@ def box_tree(low: Singles, high: Singles, most: int) -> BoxTree:
 
 
 def _bounds(
-    order: Ints, start: Ints, child: Ints, levels: list[tuple[int, int]], low: Singles, high: Singles
-) -> tuple[Singles, Singles]:
+    order: IntArray,
+    start: IntArray,
+    child: IntArray,
+    levels: list[tuple[int, int]],
+    low: SingleArray,
+    high: SingleArray,
+) -> tuple[SingleArray, SingleArray]:
     """Return the bounds of all nodes, from the leaves upwards."""
     bounds = np.zeros((2, 3, len(start)), dtype=np.float32)
     leaf = np.flatnonzero(child < 0)
@@ -102,18 +104,18 @@ def _bounds(
 class _Boxes:
     """What is cut, and one box more, that is nowhere: it stands where a row has no more members."""
 
-    bounds: Singles  # (6, n + 1): low corners, negated high ones
-    middle: Singles  # (3, n + 1), twice
+    bounds: SingleArray  # (6, n + 1): low corners, negated high ones
+    middle: SingleArray  # (3, n + 1), twice
 
     @classmethod
-    def of(cls, low: Singles, high: Singles) -> _Boxes:
+    def of(cls, low: SingleArray, high: SingleArray) -> _Boxes:
         """Return boxes with these corners."""
         nowhere = np.full((1, 3), np.inf, dtype=np.float32)
         bounds = np.concatenate([np.concatenate([low, nowhere]).T, np.concatenate([-high, nowhere]).T])
         return cls(bounds, np.ascontiguousarray(np.concatenate([low + high, nowhere]).T))
 
 
-def _cut(order: Ints, start: Ints, stop: Ints, boxes: _Boxes) -> Ints:
+def _cut(order: IntArray, start: IntArray, stop: IntArray, boxes: _Boxes) -> IntArray:
     """Reorder the runs start:stop of `order` in place, each into two parts, and return where the second begins."""
     size, middle = stop - start, np.zeros(len(start), dtype=np.int64)
     most = int(np.clip(_IN_ALL // len(start), _FEWEST, _MOST))
@@ -141,7 +143,7 @@ def _cut(order: Ints, start: Ints, stop: Ints, boxes: _Boxes) -> Ints:
     return middle
 
 
-def _cheapest(member: Ints, count: Ints, boxes: _Boxes) -> tuple[Ints, Ints, Ints, Singles]:
+def _cheapest(member: IntArray, count: IntArray, boxes: _Boxes) -> tuple[IntArray, IntArray, IntArray, SingleArray]:
     """Find for each row of boxes the cheapest cut, over all places along all axes.
 
     Parameters
@@ -181,7 +183,7 @@ def _cheapest(member: Ints, count: Ints, boxes: _Boxes) -> tuple[Ints, Ints, Int
     return axis, at, result, level
 
 
-def _surfaces(bounds: Singles) -> Singles:
+def _surfaces(bounds: SingleArray) -> SingleArray:
     """Return half the surface of what holds the first box, the first two, and so on: (k, 6, g) to (k - 1, g)."""
     held = bounds[:-1].copy()
     # Far quicker than `minimum.accumulate`.
@@ -191,7 +193,9 @@ def _surfaces(bounds: Singles) -> Singles:
     return np.asarray(x * y + y * z + z * x)
 
 
-def _parted(order: Ints, start: Ints, size: Ints, axis: Ints, level: Singles, boxes: _Boxes) -> Ints:
+def _parted(
+    order: IntArray, start: IntArray, size: IntArray, axis: IntArray, level: SingleArray, boxes: _Boxes
+) -> IntArray:
     """Move what lies above the level of its run to the run's end, in place, and return where that begins."""
     first = np.cumsum(size) - size
     run = np.repeat(np.arange(len(size)), size)

@@ -4,13 +4,9 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from .surfaces import GROWTH, MARGIN, Occluding
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 # Pairs of segment and triangle that are looked at together.
 _PAIRS = 200_000
@@ -39,7 +35,7 @@ class BruteForceOccluders:
         normal = np.cross(b - a, c - a)
         self._normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
-    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+    def blocked(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
         result = np.zeros(len(origins), dtype=bool)
         for part in self._parts(len(origins)):
@@ -51,7 +47,7 @@ class BruteForceOccluders:
             result[part] = (hit & beyond).any(axis=1)
         return result
 
-    def nearest(self, origins: Floats, directions: Floats) -> tuple[Ints, Floats, Bools]:
+    def nearest(self, origins: FloatArray, directions: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return what rays hit first.
 
         Parameters
@@ -88,7 +84,7 @@ class BruteForceOccluders:
             for first in range(0, count, step):
                 yield slice(first, first + step)
 
-    def _crossings(self, origins: Floats, along: Floats) -> tuple[Floats, Floats]:
+    def _crossings(self, origins: FloatArray, along: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return where rays cross triangles, in lengths of `along`, and how fast they rise over them, shape (m, t).
 
         Infinite where they do not, or start in the triangle's plane.

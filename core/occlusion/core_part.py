@@ -7,12 +7,14 @@ than all others together, the size of the others is what counts there; far from 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..arrays import BoolArray, FloatArray, IntArray
+
+Blocked = Callable[[FloatArray, FloatArray], BoolArray]
 
 # The whole is at least so many times as large as a part that is looked at by itself ...
 _LARGER = 100.0
@@ -36,11 +38,11 @@ class CorePart:
         Whether all of the scene is in that box.
     """
 
-    centre: Floats
+    centre: FloatArray
     size: float
     whole: bool
 
-    def away(self, corners: Floats) -> Floats:
+    def away(self, corners: FloatArray) -> FloatArray:
         """Return how far outside polygons are, shape (n,) [sizes]; 0 for what comes as near as one size.
 
         Parameters
@@ -54,7 +56,33 @@ class CorePart:
         gap = np.maximum(np.maximum(low, -high), 0.0)
         return np.asarray(np.maximum(np.sqrt((gap * gap).sum(axis=1)) - 1.0, 0.0))
 
-    def cut(self, origins: Floats, targets: Floats) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    def local(self, points: FloatArray) -> FloatArray:
+        """Return points as single precision wants them: around the origin, in sizes."""
+        return np.asarray((points - self.centre) / self.size)
+
+    def piecewise(self, origins: FloatArray, targets: FloatArray, blocked: Blocked) -> BoolArray:
+        """Return which segments are blocked, asked in pieces that have one scale each.
+
+        Parameters
+        ----------
+        origins, targets : ndarray of shape (m, 3)
+            [m].
+        blocked : callable
+            Takes origins and targets, and returns which of those segments are blocked.
+
+        Returns
+        -------
+        ndarray of shape (m,)
+        """
+        if self.whole:
+            return blocked(origins, targets)
+        # Single precision is as fine as what is far away is far.
+        begin, end, owner = self.cut(origins, targets)
+        result = np.zeros(len(origins), dtype=bool)
+        result[owner[blocked(begin, end)]] = True
+        return result
+
+    def cut(self, origins: FloatArray, targets: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
         """Cut segments where they enter and leave a cube around this part, so that each piece has one scale.
 
         Parameters
@@ -95,7 +123,7 @@ class CorePart:
         )
 
 
-def core_part(low: Floats, high: Floats) -> CorePart:
+def core_part(low: FloatArray, high: FloatArray) -> CorePart:
     """Find where most of a scene is.
 
     Parameters

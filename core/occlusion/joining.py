@@ -6,15 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..scene import Scene
 from .outlines import Loops, convex, edge_runs, fans, loop_areas, outlines, straightened
 from .trapezoids import trapezoids
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 # Lengths are shares of the diagonal of the scene's core. Blender's single precision is off by 1e-7 of it.
 COPLANAR = 3e-7  # faces this near to one plane are joined
@@ -46,29 +42,29 @@ class Joined:
         As `fan_face`.
     """
 
-    done: Bools
-    fan: Ints
-    fan_face: Ints
-    cut: Floats
-    cut_face: Ints
+    done: BoolArray
+    fan: IntArray
+    fan_face: IntArray
+    cut: FloatArray
+    cut_face: IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class _Groups:
     """Faces of one plane: the group of each face or -1, and for each group two axes with the normal, and a point."""
 
-    of: Ints  # (f,)
-    axes: Floats  # (g, 3, 3)
-    origin: Floats  # (g, 3)
+    of: IntArray  # (f,)
+    axes: FloatArray  # (g, 3, 3)
+    origin: FloatArray  # (g, 3)
 
-    def flattened(self, vertices: Floats, loops: Loops) -> Floats:
+    def flattened(self, vertices: FloatArray, loops: Loops) -> FloatArray:
         """Return the corners of loops in the planes of their groups, shape (e, 2) [m]."""
         group = loops.group[loops.corner_loop()]
         arm = vertices[loops.vertex] - self.origin[group]
         return np.asarray(np.einsum("exy,ey->ex", self.axes[group, :2], arm))
 
 
-def join(scene: Scene, flat: Bools, diagonal: float) -> Joined:
+def join(scene: Scene, flat: BoolArray, diagonal: float) -> Joined:
     """Join coplanar faces that share edges, wherever fewer polygons can stand for them.
 
     Parameters
@@ -111,7 +107,7 @@ def join(scene: Scene, flat: Bools, diagonal: float) -> Joined:
     n_faces = np.bincount(groups.of[member], minlength=n_groups)
     n_corners = np.bincount(loops.group[loops.corner_loop()], minlength=n_groups)
     after = loops.following()
-    first_loop: Ints = np.searchsorted(loops.group, np.arange(n_groups + 1))
+    first_loop: IntArray = np.searchsorted(loops.group, np.arange(n_groups + 1))
     for group in map(int, np.flatnonzero(sound & ~done & (n_corners <= np.minimum(2 * n_faces, MOST_CORNERS)))):
         part = slice(loops.start[first_loop[group]], loops.start[first_loop[group + 1]])
         cut = trapezoids(points[part], points[after[part]], STRAIGHT * diagonal)
@@ -129,7 +125,7 @@ def join(scene: Scene, flat: Bools, diagonal: float) -> Joined:
     )
 
 
-def welded(vertices: Floats, tolerance: float) -> Ints:
+def welded(vertices: FloatArray, tolerance: float) -> IntArray:
     """Return for each vertex the first one that is at the same place.
 
     Parameters
@@ -154,7 +150,7 @@ def welded(vertices: Floats, tolerance: float) -> Ints:
     return np.asarray(first[place])
 
 
-def _groups(scene: Scene, flat: Bools, tail: Ints, head: Ints, diagonal: float) -> _Groups:
+def _groups(scene: Scene, flat: BoolArray, tail: IntArray, head: IntArray, diagonal: float) -> _Groups:
     """Return groups of more than one coplanar face with the same front, and single faces of more than four corners."""
     # Faces that follow each other in a run share an edge.
     corner = np.flatnonzero(flat[scene.corner_face] & (tail != head))
@@ -180,7 +176,7 @@ def _groups(scene: Scene, flat: Bools, tail: Ints, head: Ints, diagonal: float) 
     return _numbered(scene, groups.of, (groups.of >= 0) & ~curved[groups.of])
 
 
-def components(n: int, a: Ints, b: Ints) -> Ints:
+def components(n: int, a: IntArray, b: IntArray) -> IntArray:
     """Return the connected components of a graph.
 
     Roots are hooked to smaller roots, then every path is shortened, until nothing changes (Shiloach and Vishkin 1982).
@@ -207,7 +203,7 @@ def components(n: int, a: Ints, b: Ints) -> Ints:
     return root
 
 
-def _numbered(scene: Scene, label: Ints, keep: Bools) -> _Groups:
+def _numbered(scene: Scene, label: IntArray, keep: BoolArray) -> _Groups:
     """Return the groups of faces with the same label, numbered in the order of the labels, and their planes."""
     of = np.full(len(label), -1)
     values, of[keep] = np.unique(label[keep], return_inverse=True)
@@ -225,13 +221,13 @@ def _numbered(scene: Scene, label: Ints, keep: Bools) -> _Groups:
     return _Groups(of, np.stack([first, np.cross(normal, first), normal], axis=1), origin / area[:, None])
 
 
-def _middles(scene: Scene) -> Floats:
+def _middles(scene: Scene) -> FloatArray:
     """Return the mean of the corners of each face, shape (f, 3) [m]."""
     total = np.add.reduceat(scene.vertices[scene.corner_vertex], scene.face_start[:-1], axis=0)
     return np.asarray(total / np.diff(scene.face_start)[:, None])
 
 
-def _first_faces(groups: _Groups) -> Ints:
+def _first_faces(groups: _Groups) -> IntArray:
     """Return the first face of each group, shape (g,)."""
     first = np.zeros(len(groups.origin), dtype=np.int64)
     faces = np.flatnonzero(groups.of >= 0)[::-1]
@@ -239,7 +235,7 @@ def _first_faces(groups: _Groups) -> Ints:
     return first
 
 
-def _area(quads: Floats) -> float:
+def _area(quads: FloatArray) -> float:
     """Return the summed area of plane quads."""
     a, b = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
     return float(0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())

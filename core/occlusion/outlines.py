@@ -10,11 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+from ..arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,21 +28,21 @@ class Loops:
         The group that each loop bounds.
     """
 
-    vertex: Ints
-    start: Ints
-    group: Ints
+    vertex: IntArray
+    start: IntArray
+    group: IntArray
 
-    def following(self) -> Ints:
+    def following(self) -> IntArray:
         """Return the index of the corner after each one, shape (e,)."""
         after = np.arange(1, len(self.vertex) + 1)
         after[self.start[1:] - 1] = self.start[:-1]
         return after
 
-    def corner_loop(self) -> Ints:
+    def corner_loop(self) -> IntArray:
         """Return the loop of each corner, shape (e,)."""
         return np.repeat(np.arange(len(self.group)), np.diff(self.start))
 
-    def keep(self, corners: Bools) -> Loops:
+    def keep(self, corners: BoolArray) -> Loops:
         """Return the loops with only some of their corners; loops of fewer than three vanish."""
         loop = self.corner_loop()
         corners = corners & (np.bincount(loop[corners], minlength=len(self.group)) >= 3)[loop]
@@ -54,7 +51,7 @@ class Loops:
         return Loops(self.vertex[corners], start, self.group[size > 0])
 
 
-def edge_runs(tail: Ints, head: Ints, group: Ints | None = None) -> tuple[Ints, Bools]:
+def edge_runs(tail: IntArray, head: IntArray, group: IntArray | None = None) -> tuple[IntArray, BoolArray]:
     """Sort edges so that those between the same two vertices stand together.
 
     Parameters
@@ -80,7 +77,7 @@ def edge_runs(tail: Ints, head: Ints, group: Ints | None = None) -> tuple[Ints, 
     return order, first
 
 
-def outlines(tail: Ints, head: Ints, group: Ints, n_groups: int) -> tuple[Loops, Bools]:
+def outlines(tail: IntArray, head: IntArray, group: IntArray, n_groups: int) -> tuple[Loops, BoolArray]:
     """Return the borders of groups of faces.
 
     Parameters
@@ -122,7 +119,7 @@ def outlines(tail: Ints, head: Ints, group: Ints, n_groups: int) -> tuple[Loops,
     return Loops(tail[edges], np.append(begins, len(edges)), group[edges[begins]]), sound
 
 
-def _along(after: Ints) -> tuple[Ints, Ints]:
+def _along(after: IntArray) -> tuple[IntArray, IntArray]:
     """Return each entry's cycle (its smallest member) and the steps from there, for a permutation.
 
     By doubling the stride, so that a loop of n corners takes log n rounds.
@@ -146,7 +143,7 @@ def _along(after: Ints) -> tuple[Ints, Ints]:
     return cycle, -steps
 
 
-def straightened(loops: Loops, points: Floats, tolerance: float) -> Loops:
+def straightened(loops: Loops, points: FloatArray, tolerance: float) -> Loops:
     """Leave out corners at which a loop runs straight on.
 
     Parameters
@@ -171,7 +168,7 @@ def straightened(loops: Loops, points: Floats, tolerance: float) -> Loops:
     return loops.keep(~(ahead & (np.abs(cross(back, forth)) <= tolerance * span)))
 
 
-def loop_areas(loops: Loops, points: Floats) -> Floats:
+def loop_areas(loops: Loops, points: FloatArray) -> FloatArray:
     """Return the signed area of every loop, shape (l,)."""
     # From each loop's first corner, so that small loops far from the origin keep their digits.
     arm = points - points[loops.start[:-1]][loops.corner_loop()]
@@ -179,7 +176,7 @@ def loop_areas(loops: Loops, points: Floats) -> Floats:
     return np.asarray(0.5 * np.bincount(loops.corner_loop(), weights=twice, minlength=len(loops.group)))
 
 
-def convex(loops: Loops, points: Floats) -> Bools:
+def convex(loops: Loops, points: FloatArray) -> BoolArray:
     """Return which loops turn left at every corner, once round in all, shape (l,)."""
     after = loops.following()
     forth = points[after] - points
@@ -192,7 +189,7 @@ def convex(loops: Loops, points: Floats) -> Bools:
     return np.asarray(left & (np.abs(whole - 2 * np.pi) < 1e-3))
 
 
-def fans(loops: Loops, chosen: Bools) -> tuple[Ints, Ints]:
+def fans(loops: Loops, chosen: BoolArray) -> tuple[IntArray, IntArray]:
     """Cut convex loops into quads that share their first corner.
 
     Parameters
@@ -216,6 +213,6 @@ def fans(loops: Loops, chosen: Bools) -> tuple[Ints, Ints]:
     return loops.vertex[loops.start[loop][:, None] + steps], loop
 
 
-def cross(a: Floats, b: Floats) -> Floats:
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the cross product of plane vectors."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -9,13 +9,9 @@ early and what waits stays little.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, IntArray, SingleArray
 from .stream_tree import Polygons, Tree
-
-Singles = NDArray[np.float32]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 # Pairs that go on together, and that may wait.
 TOGETHER = 1 << 14
@@ -34,14 +30,14 @@ class Stragglers:
         What is blocked so far; more is marked here.
     """
 
-    def __init__(self, tree: Tree, segments: Singles, blocked: Bools) -> None:
+    def __init__(self, tree: Tree, segments: SingleArray, blocked: BoolArray) -> None:
         self.blocked = blocked
         self._tree, self._segments = tree, segments
-        self._index: list[Ints] = []
-        self._node: list[Ints] = []
+        self._index: list[IntArray] = []
+        self._node: list[IntArray] = []
         self._count = 0
 
-    def add(self, node: int, index: Ints) -> None:
+    def add(self, node: int, index: IntArray) -> None:
         """Let segments wait that have come to a node."""
         self._index.append(index)
         self._node.append(np.full(len(index), node))
@@ -73,7 +69,7 @@ class Stragglers:
                 node.append(below[entered])
         self._count = 0
 
-    def _entered(self, index: Ints, node: Ints) -> Ints:
+    def _entered(self, index: IntArray, node: IntArray) -> IntArray:
         """Return which pairs of a segment and a box meet: the slabs of Kay and Kajiya 1986."""
         low, high = self._tree.boxes.low, self._tree.boxes.high
         near, far = np.float32(-1.0), np.float32(1.0)
@@ -88,7 +84,7 @@ class Stragglers:
             far = np.minimum(far, np.maximum(one, other, out=other))
         return np.flatnonzero(near <= far)
 
-    def _meet(self, index: Ints, node: Ints) -> None:
+    def _meet(self, index: IntArray, node: IntArray) -> None:
         """Mark the segments that a leaf of the binary tree blocks."""
         start = self._tree.boxes.start[node]
         count = self._tree.boxes.stop[node] - start
@@ -97,7 +93,7 @@ class Stragglers:
         self.blocked[who[_hit(self._tree.polygons, which, self._segments, who)]] = True
 
 
-def _last(index: list[Ints], node: list[Ints]) -> tuple[Ints, Ints]:
+def _last(index: list[IntArray], node: list[IntArray]) -> tuple[IntArray, IntArray]:
     """Take the pairs that came last, about as many as go on together."""
     taken, ones, nodes = 0, [], []
     while index and taken < TOGETHER:
@@ -113,11 +109,11 @@ def _last(index: list[Ints], node: list[Ints]) -> tuple[Ints, Ints]:
     return np.concatenate(ones), np.concatenate(nodes)
 
 
-def _hit(polygons: Polygons, which: Ints, segments: Singles, who: Ints) -> Ints:
+def _hit(polygons: Polygons, which: IntArray, segments: SingleArray, who: IntArray) -> IntArray:
     """Return the pairs of a polygon and a segment that block."""
     rows = polygons.rows
 
-    def functions(pairs: Ints | slice, number: int) -> tuple[Singles, Singles]:
+    def functions(pairs: IntArray | slice, number: int) -> tuple[SingleArray, SingleArray]:
         """Return a function of the polygons at the middles of the segments, and how much more it is at the ends."""
         row = rows[number].take(which[pairs], axis=0).T
         at = segments[:7].take(who[pairs], axis=1)

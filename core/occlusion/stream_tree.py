@@ -11,15 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 from .box_tree import BoxTree, box_tree
 from .surfaces import GROWTH
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 # Polygons in a leaf and children of a node, for streams: where the cost of starting and that of going on are about the
 # same.
@@ -37,18 +32,18 @@ class Leaf:
     depth inside each of the three edges. `margin`: heights up to which an end counts as on the surface.
     """
 
-    parallelograms: Singles  # (3k, 4)
-    parallelogram_margin: Singles  # (k, 1)
-    triangles: Singles  # (4j, 4)
-    triangle_margin: Singles  # (j, 1)
+    parallelograms: SingleArray  # (3k, 4)
+    parallelogram_margin: SingleArray  # (k, 1)
+    triangles: SingleArray  # (4j, 4)
+    triangle_margin: SingleArray  # (j, 1)
 
 
 @dataclass(frozen=True, eq=False)
 class Node:
     """Boxes and what is in them: nodes of the binary tree."""
 
-    low: Singles  # (c, 3)
-    high: Singles  # (c, 3)
+    low: SingleArray  # (c, 3)
+    high: SingleArray  # (c, 3)
     children: list[int]
 
 
@@ -64,9 +59,9 @@ class Polygons:
     parallelogram : ndarray of shape (n,)
     """
 
-    rows: Singles
-    margin: Singles
-    parallelogram: Bools
+    rows: SingleArray
+    margin: SingleArray
+    parallelogram: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +122,7 @@ class Tree:
         return float((x * y + y * z + z * x) * (self.boxes.stop[node] - self.boxes.start[node]))
 
 
-def planted(corners: Floats, margin: Floats) -> Tree | None:
+def planted(corners: FloatArray, margin: FloatArray) -> Tree | None:
     """Grow a tree.
 
     Parameters
@@ -155,11 +150,13 @@ def planted(corners: Floats, margin: Floats) -> Tree | None:
     pad = GROWTH + 1e-6 * np.maximum(1.0, 2.0 * np.abs(everything).max(axis=(1, 2)))[:, None]
     low, high = everything.min(axis=1) - pad, everything.max(axis=1) + pad
     boxes = box_tree(low.astype(np.float32), high.astype(np.float32), TWIG)
-    rows: Singles = np.ascontiguousarray(_edges(half, len(first))[boxes.order].transpose(1, 0, 2)).astype(np.float32)
+    rows: SingleArray = np.ascontiguousarray(_edges(half, len(first))[boxes.order].transpose(1, 0, 2)).astype(
+        np.float32
+    )
     return Tree(boxes, Polygons(rows, levels[boxes.order], boxes.order < len(first)))
 
 
-def _pairs(corners: Floats) -> Ints:
+def _pairs(corners: FloatArray) -> IntArray:
     """Return the triangles that make a parallelogram with the one after them, none of them twice."""
     one, other = corners[:-1], corners[1:]
     shared = (one[:, 0] == other[:, 0]).all(axis=1) & (one[:, 2] == other[:, 1]).all(axis=1)
@@ -171,7 +168,7 @@ def _pairs(corners: Floats) -> Ints:
     return np.flatnonzero(match & ((place - begin) % 2 == 0))
 
 
-def _edges(half: Floats, parallelograms: int) -> Floats:
+def _edges(half: FloatArray, parallelograms: int) -> FloatArray:
     """Return the linear functions of the first polygons as parallelograms and the others as triangles, (n, 4, 4)."""
     a, b, c = half[:, 0], half[:, 1], half[:, 2]
     normal = np.cross(b - a, c - a)

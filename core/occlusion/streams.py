@@ -13,16 +13,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 from .stragglers import Stragglers
 from .stream_tree import Leaf, Node, Tree, planted
 from .surfaces import MARGIN, Occluding, never_block
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 # Segments of one matrix product: too small for the linear algebra library to start threads of its own.
 CHUNK = 1024
@@ -55,27 +50,17 @@ class StreamOccluders:
 
     def __init__(self, occluding: Occluding) -> None:
         points = occluding.vertices
-        # Single precision wants the scene at the origin and of the size of one.
         self._core = occluding.core
-        self._size, self._centre = self._core.size, self._core.centre
-        corners = ((points - self._centre) / self._size)[occluding.triangles]
-        margin = MARGIN + np.broadcast_to(occluding.slack, len(corners)) / self._size
-        margin = margin + MARGIN * self._core.away(points[occluding.triangles])
-        self._walls, outer = _walls(corners, never_block(points, occluding.triangles, MARGIN * self._size))
+        corners, margin = self._core.local(points)[occluding.triangles], occluding.margins
+        self._walls, outer = _walls(corners, never_block(points, occluding.triangles, MARGIN * self._core.size))
         self._inner = planted(corners[~outer], margin[~outer])
         self._outer = planted(corners[outer], margin[outer])
 
-    def blocked(self, origins: Floats, targets: Floats) -> Bools:
+    def blocked(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
-        if self._core.whole:
-            return self._crossed(origins, targets)
-        # Single precision is as fine as what is far away is far.
-        begin, end, owner = self._core.cut(origins, targets)
-        result = np.zeros(len(origins), dtype=bool)
-        result[owner[self._crossed(begin, end)]] = True
-        return result
+        return self._core.piecewise(origins, targets, self._crossed)
 
-    def _crossed(self, origins: Floats, targets: Floats) -> Bools:
+    def _crossed(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return which segments are blocked, as they are."""
         result = np.zeros(len(origins), dtype=bool)
         # What is level with a plane divides by nothing, but then it does not cross it.
@@ -88,7 +73,7 @@ class StreamOccluders:
                         _cross(tree, segments, self._leaving(segments) if chosen is None else chosen, result[part])
         return result
 
-    def _leaving(self, segments: Singles) -> Ints:
+    def _leaving(self, segments: SingleArray) -> IntArray:
         """Return the segments that have an end behind a wall of the scene."""
         behind = [np.zeros(0, dtype=bool)]
         for _, batch in _batches(segments):
@@ -96,9 +81,9 @@ class StreamOccluders:
             behind.append((height > 0.5 * MARGIN).any(axis=1).reshape(-1))
         return np.flatnonzero(np.concatenate(behind))
 
-    def _segments(self, origins: Floats, targets: Floats) -> Singles:
+    def _segments(self, origins: FloatArray, targets: FloatArray) -> SingleArray:
         """Return middles with a 1, half vectors, their inverses, and middles times inverses, shape (13, m)."""
-        a, b = (origins - self._centre) / self._size, (targets - self._centre) / self._size
+        a, b = self._core.local(origins), self._core.local(targets)
         segments = np.ones((13, len(a)), dtype=np.float32)
         segments[:3] = (0.5 * (a + b)).T
         segments[4:7] = (0.5 * (b - a)).T
@@ -108,14 +93,14 @@ class StreamOccluders:
         return segments
 
 
-def _cross(tree: Tree, segments: Singles, chosen: Ints, blocked: Bools) -> None:
+def _cross(tree: Tree, segments: SingleArray, chosen: IntArray, blocked: BoolArray) -> None:
     """Mark the chosen segments, of all (13, m), that a tree blocks."""
     stragglers = Stragglers(tree, segments, blocked)
     _descend(tree, 0, segments if len(chosen) == segments.shape[1] else segments[:, chosen], chosen, stragglers)
     stragglers.finish()
 
 
-def _descend(tree: Tree, number: int, segments: Singles, index: Ints, stragglers: Stragglers) -> None:
+def _descend(tree: Tree, number: int, segments: SingleArray, index: IntArray, stragglers: Stragglers) -> None:
     """Mark the segments that a node blocks; `index` tells where each one stands in `stragglers.blocked`."""
     if len(index) < FEWEST:
         stragglers.add(number, index)
@@ -134,7 +119,7 @@ def _descend(tree: Tree, number: int, segments: Singles, index: Ints, stragglers
             _descend(tree, child, segments.take(chosen, axis=1), index[chosen], stragglers)
 
 
-def _batches(segments: Singles) -> Iterator[tuple[slice, Singles]]:
+def _batches(segments: SingleArray) -> Iterator[tuple[slice, SingleArray]]:
     """Yield segments (13, m) in batches of a few chunks (b, 13, w), and what is left of the last chunk by itself."""
     count = segments.shape[1]
     whole = count - count % CHUNK
@@ -146,7 +131,7 @@ def _batches(segments: Singles) -> Iterator[tuple[slice, Singles]]:
             yield part, segments[:, part].reshape(len(segments), chunks, -1).transpose(1, 0, 2)
 
 
-def _boxes_hit(node: Node, segments: Singles) -> Bools:
+def _boxes_hit(node: Node, segments: SingleArray) -> BoolArray:
     """Return which of c boxes each segment enters, shape (b, c, w): the slabs of Kay and Kajiya 1986."""
     near, far = np.float32(-1.0), np.float32(1.0)
     for axis in range(3):
@@ -160,7 +145,7 @@ def _boxes_hit(node: Node, segments: Singles) -> Bools:
     return np.asarray(near <= far)
 
 
-def _crossing(height: Singles, rise: Singles, margin: Singles) -> tuple[Bools, Singles]:
+def _crossing(height: SingleArray, rise: SingleArray, margin: SingleArray) -> tuple[BoolArray, SingleArray]:
     """Return whether the ends lie on different sides of planes, and where between -1 and 1 the segments cross them.
 
     Parameters
@@ -176,7 +161,7 @@ def _crossing(height: Singles, rise: Singles, margin: Singles) -> tuple[Bools, S
     return across, np.divide(height, rise, out=apart)
 
 
-def _parallelograms_hit(leaf: Leaf, segments: Singles) -> Bools:
+def _parallelograms_hit(leaf: Leaf, segments: SingleArray) -> BoolArray:
     """Return which segments the parallelograms of a leaf block, shape (b, w)."""
     count = len(leaf.parallelogram_margin)
     if count == 0:
@@ -192,7 +177,7 @@ def _parallelograms_hit(leaf: Leaf, segments: Singles) -> Bools:
     return np.asarray(hit.any(axis=1))
 
 
-def _triangles_hit(leaf: Leaf, segments: Singles) -> Bools:
+def _triangles_hit(leaf: Leaf, segments: SingleArray) -> BoolArray:
     """Return which segments the triangles of a leaf block, shape (b, w)."""
     count = len(leaf.triangle_margin)
     if count == 0:
@@ -207,7 +192,7 @@ def _triangles_hit(leaf: Leaf, segments: Singles) -> Bools:
     return np.asarray(hit.any(axis=1))
 
 
-def _walls(corners: Floats, never: Bools) -> tuple[Singles, Bools]:
+def _walls(corners: FloatArray, never: BoolArray) -> tuple[SingleArray, BoolArray]:
     """Return the planes in which the scene ends and which triangles lie in them.
 
     Parameters

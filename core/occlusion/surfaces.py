@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..scene import BACK, Scene
 from ..triangulation import pieces
 from .core_part import CorePart, core_part
@@ -24,9 +24,6 @@ from .joining import join
 if TYPE_CHECKING:
     from ..meshing import Patches
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 # How exactly surfaces block, as shares of the scene's diagonal. An end of a segment that is this near to the plane of a
 # surface lies on it, and the surface does not block it, however shallow the segment leaves: shortening segments instead
@@ -61,10 +58,10 @@ class Occluding:
         How far from the triangle the surface that it stands for may lie [m]; above zero on bilinear patches only.
     """
 
-    vertices: Floats
-    triangles: Ints
-    triangle_face: Ints
-    slack: Floats | float = 0.0
+    vertices: FloatArray
+    triangles: IntArray
+    triangle_face: IntArray
+    slack: FloatArray | float = 0.0
 
     @cached_property
     def core(self) -> CorePart:
@@ -81,8 +78,14 @@ class Occluding:
         """Return the diagonal of the bounding box [m], of its core where other things are far larger; 1 for nothing."""
         return self.core.size
 
+    @property
+    def margins(self) -> FloatArray:
+        """Return how far from each triangle's plane an end lies in it, shape (t,) [sizes of the core]."""
+        margin = MARGIN + np.broadcast_to(self.slack, len(self.triangles)) / self.core.size
+        return np.asarray(margin + MARGIN * self.core.away(self.vertices[self.triangles]))
 
-def occluder_polygons(scene: Scene, patches: Patches, blocking: Bools | None = None) -> Occluding:
+
+def occluder_polygons(scene: Scene, patches: Patches, blocking: BoolArray | None = None) -> Occluding:
     """Return the surfaces of a scene that block light.
 
     Parameters
@@ -125,7 +128,7 @@ def occluder_polygons(scene: Scene, patches: Patches, blocking: Bools | None = N
     return _halved(np.concatenate([scene.vertices, loose.reshape(-1, 3)]), quads, face, slack)
 
 
-def never_block(vertices: Floats, triangles: Ints, tolerance: float) -> Bools:
+def never_block(vertices: FloatArray, triangles: IntArray, tolerance: float) -> BoolArray:
     """Find triangles in whose plane the scene ends: no segment between two of its points crosses them.
 
     The walls of a room are of this kind. Something that asks about segments inside the scene only may leave them out.
@@ -162,13 +165,13 @@ def never_block(vertices: Floats, triangles: Ints, tolerance: float) -> Bools:
     return never
 
 
-def _one_sided(points: Floats, origin: Floats, normal: Floats, tolerance: float) -> Bools:
+def _one_sided(points: FloatArray, origin: FloatArray, normal: FloatArray, tolerance: float) -> BoolArray:
     """Return which planes have none of the points on one of their sides."""
     height = normal @ points.T - (normal * origin).sum(axis=1)[:, None]
     return np.asarray((height.min(axis=1, initial=0.0) >= -tolerance) | (height.max(axis=1, initial=0.0) <= tolerance))
 
 
-def _off_plane(scene: Scene) -> Floats:
+def _off_plane(scene: Scene) -> FloatArray:
     """Return how far the corners of each face lie from its middle plane at most, shape (f,) [m]."""
     first = scene.face_start[:-1]
     position = scene.vertices[scene.corner_vertex]
@@ -177,13 +180,13 @@ def _off_plane(scene: Scene) -> Floats:
     return np.asarray(0.5 * (np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first)))
 
 
-def _twist(quads: Floats) -> Floats:
+def _twist(quads: FloatArray) -> FloatArray:
     """Return how far the bilinear surface of quads lies from their two triangles, shape (q,) [m]."""
     a, b, c, d = (quads[:, k] for k in range(4))
     return np.asarray(0.25 * np.linalg.norm(a - b + c - d, axis=1))
 
 
-def _bent(scene: Scene, patches: Patches, faces: Ints) -> Bools:
+def _bent(scene: Scene, patches: Patches, faces: IntArray) -> BoolArray:
     """Return the patches that block in place of their face, from one side only where both radiate."""
     bent = np.zeros(len(scene.sides), dtype=bool)
     bent[faces] = True
@@ -191,7 +194,7 @@ def _bent(scene: Scene, patches: Patches, faces: Ints) -> Bools:
     return np.asarray(bent[patches.face] & (patches.side == side[patches.face]))
 
 
-def _halved(vertices: Floats, quads: Ints, face: Ints, slack: Floats) -> Occluding:
+def _halved(vertices: FloatArray, quads: IntArray, face: IntArray, slack: FloatArray) -> Occluding:
     """Return quads as pairs of triangles over the vertices that they use."""
     triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
     a, b, c = (vertices[triangles[:, k]] for k in range(3))

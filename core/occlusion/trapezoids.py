@@ -10,16 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from ..arrays import FloatArray, IntArray
 
 # Borders whose angles differ by no more run the same way.
 _SAME_ANGLE = 1e-4
 
 
-def trapezoids(start: Floats, end: Floats, tolerance: float) -> Floats:
+def trapezoids(start: FloatArray, end: FloatArray, tolerance: float) -> FloatArray:
     """Fill an outline with trapezoids, rectangles wherever its borders allow.
 
     Parameters
@@ -49,7 +47,7 @@ def trapezoids(start: Floats, end: Floats, tolerance: float) -> Floats:
     return min(cuts, key=len)
 
 
-def _between_levels(start: Floats, end: Floats, tolerance: float) -> Iterator[Floats]:
+def _between_levels(start: FloatArray, end: FloatArray, tolerance: float) -> Iterator[FloatArray]:
     """Yield trapezoids with level bottom and top, each as high as its two borders go on."""
     height = np.sort(np.concatenate([start[:, 1], end[:, 1]]))
     levels = height[np.concatenate([[True], np.diff(height) > tolerance])]
@@ -70,14 +68,14 @@ def _between_levels(start: Floats, end: Floats, tolerance: float) -> Iterator[Fl
         yield _trapezoid(start, end, pair, levels[level], levels[-1])
 
 
-def _at(start: Floats, end: Floats, edge: Ints, height: float) -> Floats:
+def _at(start: FloatArray, end: FloatArray, edge: IntArray, height: float) -> FloatArray:
     """Return where edges cross a height."""
     a, b = start[edge], end[edge]
     share = np.clip((height - a[:, 1]) / (b[:, 1] - a[:, 1]), 0.0, 1.0)
     return np.asarray(a[:, 0] + share * (b[:, 0] - a[:, 0]))
 
 
-def _trapezoid(start: Floats, end: Floats, pair: tuple[int, int], bottom: float, top: float) -> Floats:
+def _trapezoid(start: FloatArray, end: FloatArray, pair: tuple[int, int], bottom: float, top: float) -> FloatArray:
     """Return the corners between two borders and two heights, counter-clockwise."""
     left, right = (np.array([edge]) for edge in pair)
     a, b = _at(start, end, left, bottom)[0], _at(start, end, right, bottom)[0]
