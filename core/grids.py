@@ -189,6 +189,7 @@ def _triangles(triangles: Grid, max_edge: FloatArray) -> list[Grid]:
     tip_first = parts[:, 1] <= parts[:, 2]
 
     def fans(which: BoolArray, order: list[int], rows: IntArray, columns: IntArray) -> Grid:
+        """Return some of the triangles as fans, by the order in which they run through a, b, c and the foot."""
         four = np.stack([a, b, c, foot], axis=1)[which][:, order]
         numbers = np.concatenate([corner, np.full((len(corner), 1), -1)], axis=1)[which][:, order]
         no = np.zeros(len(four), dtype=bool)

@@ -34,7 +34,7 @@ class SceneBake:
     Attributes
     ----------
     report : dict
-        The figures of the bake, with the keys that the README lists; plain numbers, strings, lists and dicts.
+        The figures of the bake: those of `core.report.Report`, and what only the add-on knows.
     bake : core.bake.Bake
         The solution: patches, their radiosity, the radiance at every corner of `scene`.
     """

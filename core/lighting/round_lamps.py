@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from .discs import disc_directions, disc_form, lattice
 
 # Directions to the rim of a disc that tell whether the edge of a cone of light is on it.
@@ -90,7 +90,8 @@ class PointLamp:
         sine = np.minimum(self.radius / np.maximum(far, _TINY), 1)
         return way / np.maximum(distance, _TINY)[:, None], distance, sine
 
-    def _inside(self, distance: FloatArray) -> FloatArray:
+    def _inside(self, distance: FloatArray) -> BoolArray:
+        """Return which points are inside the ball, and see it all around."""
         return np.asarray((distance <= self.radius) & (not self.soft))
 
     def _cone_share(self, points: FloatArray, normals: FloatArray) -> FloatArray:

@@ -3,8 +3,6 @@
 
 import numpy as np
 
-TOLERANCE = 1e-4
-
 
 def square(side, height=0.0, *, up=True):
     corners = side * np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]) + (0, 0, height)

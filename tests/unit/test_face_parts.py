@@ -12,7 +12,7 @@ from core.scene import Scene
 FLOOR = np.array([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)], float)
 PANEL = FLOOR[::-1] + (0.0, 0.0, 2.0)
 BOARD = FLOOR * 0.5 + (0.5, 0.5, 1.0)
-FIRST, LAST = np.arange(3) < 2, np.arange(3) >= 2
+FIRST = np.arange(3) < 2
 METHODS = ("hierarchical", "gathering", "shooting")
 
 
