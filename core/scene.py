@@ -6,20 +6,18 @@ What can be put right becomes a warning that names the object (`mending`); every
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arrays import BoolArray, FloatArray, IntArray, indices, one_each, table
 from .errors import RadiosityError
+from .lighting.kinds import Lamp
 from .mending import BRIGHTEST, faces_with, mended_light, mended_normals, mended_polygons, skipped_faces
 from .owners import Owners
 from .paint.paint import Paint
 from .polygons import Polygons, checked_polygons
-
-if TYPE_CHECKING:
-    from .lighting.lamps import Lamp
 
 AUTO, FRONT, BACK, BOTH = 0, 1, 2, 3
 
@@ -84,7 +82,7 @@ class Scene(Polygons):
     shades: BoolArray
     reflects: BoolArray
     emits: BoolArray
-    lamps: tuple["Lamp", ...]
+    lamps: tuple[Lamp, ...]
     paint: Paint | None
     warnings: tuple[str, ...]
 
@@ -106,7 +104,7 @@ class Scene(Polygons):
         shades: ArrayLike | None = None,
         reflects: ArrayLike | None = None,
         emits: ArrayLike | None = None,
-        lamps: Sequence["Lamp"] = (),
+        lamps: Sequence[Lamp] = (),
         paint: Paint | None = None,
         warnings: Sequence[str] = (),
     ) -> None:

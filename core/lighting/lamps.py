@@ -15,6 +15,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..visibility import Occluders, sky_occluders
 from .area_lamps import AreaLamp
+from .kinds import Lamp
 from .round_lamps import Cone, PointLamp, SunLamp
 from .sky import SkyLamp
 from .soft_shadows import visible_share
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp"]
 __all__ += ["direct_light", "lamp_irradiance", "scene_reach"]
-
-Lamp = AreaLamp | PointLamp | SunLamp | SkyLamp
 
 # A sky is as large as the world: it takes more cells along each side than a lamp, and more rays where openings end.
 _SKY_CELLS = 4
