@@ -35,8 +35,9 @@ bake: venv       ## light BLEND at QUALITY; leaves build/NAME.{blend,glb,png,jso
 test: venv       ## the whole test suite
 	$(PYTHON) -m pytest $(ARGS)
 
-fuzz: venv       ## thousands of scenes and texts that nobody would make on purpose
-	FUZZ_SCENES=$(or $(SCENES),2000) FUZZ_TEXTS=$(or $(TEXTS),100000) $(PYTHON) -m pytest tests/unit/test_fuzz.py $(ARGS)
+fuzz: venv       ## thousands of scenes, files and texts that nobody would make on purpose
+	FUZZ_SCENES=$(or $(SCENES),2000) FUZZ_TEXTS=$(or $(TEXTS),100000) FUZZ_FILES=$(or $(FILES),500) \
+	  $(PYTHON) -m pytest tests/unit/test_fuzz.py tests/blender/test_fuzz_scenes.py $(ARGS)
 
 coverage: venv   ## the test suite, and which lines of core it never ran
 	$(PYTHON) -m pytest --cov=core --cov-report=term-missing:skip-covered --cov-fail-under=95 $(ARGS)

@@ -155,4 +155,6 @@ def mixed(values: NDArray[np.generic], source: IntArray, weight: FloatArray) -> 
     """
     rows = values.reshape(len(values), -1).astype(np.float64)
     first = rows[source[:, 0]]
-    return first + np.einsum("nk,nkx->nx", weight, rows[source] - first[:, None])
+    # Attributes may hold what is no number, which stays so.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return first + np.einsum("nk,nkx->nx", weight, rows[source] - first[:, None])

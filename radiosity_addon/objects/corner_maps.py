@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...core.mending import FARTHEST
 from .meshes import LocalMesh, Topology
 
 if TYPE_CHECKING:
@@ -151,6 +152,9 @@ def _nearest(original: LocalMesh, evaluated: LocalMesh) -> IntArray:
     from mathutils.kdtree import KDTree
 
     points = np.concatenate([original.used[0], evaluated.used[0]]).astype(np.float64)
+    points = points[(np.abs(points) <= FARTHEST).all(axis=1)]
+    if not len(points):
+        return np.zeros(len(original.topology.corner_vertex), np.int64)
     low, size = points.min(axis=0), float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
     there, wanted = (_lifted(mesh, low, size) for mesh in (evaluated, original))
     # What stands at one place once is enough, and most corners are where they were.
@@ -184,8 +188,10 @@ def _lifted(mesh: LocalMesh, low: FloatArray, size: float) -> FloatArray:
     start = mesh.topology.face_start
     face = np.repeat(np.arange(len(start) - 1), np.diff(start))
     place = (mesh.vertices[mesh.topology.corner_vertex] - low) / size
+    # Corners that are nowhere go to the middle.
+    place = np.where(np.abs(place - 0.5) < 0.51, place, 0.5)
     inwards = (np.add.reduceat(place, start[:-1], axis=0) / np.diff(start)[:, None])[face] - place
     inwards /= np.maximum(np.linalg.norm(inwards, axis=1, keepdims=True), 1e-12)
-    lifted = place + _LIFT * (mesh.corner_normals + inwards)
+    lifted = place + _LIFT * (np.nan_to_num(mesh.corner_normals) + inwards)
     lifted[:, 0] += _APART * mesh.material[face]
     return np.asarray(lifted)

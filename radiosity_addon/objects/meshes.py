@@ -120,7 +120,9 @@ def local_mesh(mesh: bpy.types.Mesh) -> LocalMesh:
 
 def mirrors(matrix: FloatArray) -> bool:
     """Tell whether a matrix of shape (4, 4) turns left hands into right ones."""
-    return bool(np.linalg.det(matrix[:3, :3]) < 0.0)
+    # A matrix that is no numbers, or too large ones, turns nothing: what is there is left out.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.linalg.det(matrix[:3, :3]) < 0.0)
 
 
 def placed(mesh: LocalMesh, matrix: FloatArray, scale: float) -> PlacedMesh:

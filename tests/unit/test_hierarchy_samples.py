@@ -78,3 +78,16 @@ def test_a_bake_by_samples_is_near_the_one_by_all(box, monkeypatch):
     off = np.sqrt((area * (some.solution.radiosity - all_of_them.solution.radiosity) ** 2).sum() / area.sum() / 3)
     assert off < 0.02 * (area * all_of_them.solution.radiosity).sum() / area.sum() / 3
     assert some.corner_radiance.mean() == pytest.approx(all_of_them.corner_radiance.mean(), rel=0.05)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_areas_that_sums_lose_beside_huge_ones_are_clustered_all_the_same():
+    land = 1e6 * np.array([(-1.0, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    crumb = 1e-7 * np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    crumbs = [crumb + (1.0 + 0.01 * column, 0.01 * row, 1.0) for row in range(8) for column in range(8)]
+    scene = Scene.from_polygons([land, *crumbs], 0.5, 1.0)
+    patches = mesh(scene)
+    occluders = scene_occluders(scene, patches)
+    elements = split_patches(patches, occluders, tolerance=1.0, size=1e9)
+    samples = choose_samples(elements, occluders, 20)
+    assert np.isfinite(samples.slope).all() and samples.area.sum() == pytest.approx(elements.area.sum())
