@@ -19,7 +19,7 @@ from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
 from .hierarchy.solve import EXPOSED, Lit, exposed_irradiance, patch_solution, solve
-from .lighting.lamps import direct_light
+from .lighting.lamps import SkyLamp, direct_light
 from .meshing import Patches
 from .occlusion.surfaces import occluder_polygons
 from .progress import Progress, T
@@ -110,7 +110,10 @@ def _hierarchical(
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
         lamps = partial(direct_light, scene, settings=settings, occluders=occluders, workers=workers)
-        direct = lamps if scene.lamps else None
+        near = [lamp for lamp in scene.lamps if not isinstance(lamp, SkyLamp)]
+        far = [lamp for lamp in scene.lamps if isinstance(lamp, SkyLamp)]
+        direct = partial(lamps, lamps=near) if near else None
+        sky = partial(lamps, lamps=far) if far else None
         lit = yield from clock.watch(
             solve(
                 patches,
@@ -142,6 +145,7 @@ def _hierarchical(
                 quality,
                 workers,
                 direct=direct,
+                sky=sky,
             )
         )
     # Elements that something stands on see nothing: their rows tell nothing about the others.

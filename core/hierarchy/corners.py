@@ -103,6 +103,7 @@ def final_gather(
     workers: Executor,
     *,
     direct: DirectLight | None = None,
+    sky: DirectLight | None = None,
 ) -> Generator[Progress, None, tuple[Float, Float, int, int]]:
     """Gather the light of a solution at the corners.
 
@@ -122,8 +123,8 @@ def final_gather(
     patches : Patches
     quality : Quality
     workers : concurrent.futures.Executor
-    direct : callable, optional
-        Light of lamps that are no elements.
+    direct, sky : callable, optional
+        Light of lamps that are no elements, and of the sky.
 
     Yields
     ------
@@ -148,9 +149,9 @@ def final_gather(
         glance = yield from glances(corners, lit, shown, need, quality, workers)
     else:
         edge = at_edges(scene, corners)
-        glance = yield from sparse_glances(corners, lit, shown, need, quality, workers, edge)
+        glance = yield from sparse_glances(corners, lit, shown, need, quality, workers, edge, sky)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
-    lamps = _straight(glance, corners, direct)
+    lamps = _straight(glance, corners, direct, sky if few else None)
     light = lamps + smoothed(
         glance.others,
         (lamps + glance.others)[:, :3],
@@ -164,7 +165,7 @@ def final_gather(
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
     if len(meetings.owner):
         beside = yield from glances(meetings.aside, lit, shown, np.ones(len(meetings.owner)), quality, workers)
-        aside = (_straight(beside, meetings.aside, direct) + beside.others)[:, :3]
+        aside = (_straight(beside, meetings.aside, direct, sky) + beside.others)[:, :3]
         links, rays, seen = links + beside.links, rays + beside.rays, beside.sights
     light[:, :3] = exchange(light[:, :3], meetings, aside, seen, elements, radiosity)
     return light[:, :3], light[:, 3:], links, rays
@@ -187,11 +188,13 @@ def _cut_off(scene: Scene, corners: Corners, alone: NDArray[np.bool_], occluders
     return cut
 
 
-def _straight(glance: Glance, corners: Corners, direct: DirectLight | None) -> Float:
+def _straight(glance: Glance, corners: Corners, *lamps: DirectLight | None) -> Float:
     """Return the light that comes from bright clusters and from lamps, shape (q, 6) [W/m^2]."""
-    if direct is None:
-        return glance.bright
-    return glance.bright + np.tile(direct(corners.point, corners.normal), 2)
+    light = glance.bright
+    for lamp in lamps:
+        if lamp is not None:
+            light = light + np.tile(lamp(corners.point, corners.normal), 2)
+    return light
 
 
 def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float, typical: float) -> Float:

@@ -24,6 +24,8 @@ from .tree import Float, Int
 _DEEPEST = 6
 # Splits where something stands on a patch, and how high above it that is looked for, as a share of its size.
 _CONTACT_DEPTH = 2
+# ... and how large it has to be for that, as a share of the largest element: blades of grass stand on nothing.
+_CONTACT = 1 / 16
 _LIFT = 0.02
 # No more elements than this many times the patches, whatever the lamps.
 _MOST = 4
@@ -90,12 +92,14 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
     for depth in range(_DEEPEST + 1):
         area = patches.area[patch] / 4**depth
         # What is far away may be as much larger.
-        urgency = area / (size * core.size * (1.0 + core.away(corners))) ** 2
+        extent = area / (size * core.size * (1.0 + core.away(corners))) ** 2
+        urgency = extent.copy()
         if len(patch) and power > 0:
             misplaced = 3 * reflected[patch] * _spread(corners, patches, lit) * area
             urgency = np.maximum(urgency, misplaced / (tolerance * power))
         if len(patch) and depth < _CONTACT_DEPTH:
-            urgency = np.maximum(urgency, np.where(_stood_on(corners, occluders), 2.0, 0.0))
+            large = np.flatnonzero(extent > _CONTACT**2)
+            urgency[large[_stood_on(corners[large], occluders)]] = np.inf
         coarse = (urgency > 1) & (depth < _DEEPEST)
         if 4 * coarse.sum() > room:
             # The most urgent only.

@@ -17,6 +17,7 @@ from .linking import MOST_LAMPS, check_memory
 from .quality import Quality
 from .receivers import Receivers, group_receivers
 from .rows import Rows, gather, received, stream_rows
+from .samples import Samples
 from .scenery import Scenery, build_scenery, node_means
 from .transport import BALANCE, of_leaves
 from .tree import Float, Int
@@ -30,11 +31,13 @@ _LAMP = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """Links of all elements to the lamps alone.
+    """Links of elements to the lamps alone.
 
     Attributes
     ----------
     elements : Elements
+    samples : Samples
+        Those that look for lamps, for all.
     shining : ndarray of shape (l,)
         Which of them are lamps.
     emission : ndarray of shape (n, 3)
@@ -42,13 +45,14 @@ class Look:
     scenery : Scenery or None
         The lamps alone; None when there is none.
     receivers : Receivers or None
-        All elements.
+        The samples.
     rows : list of Rows
     typical : float
         Irradiance everywhere if light were spread evenly [W/m^2].
     """
 
     elements: Elements
+    samples: Samples
     shining: Int
     emission: Float
     scenery: Scenery | None
@@ -69,34 +73,39 @@ class Look:
         sums : ndarray of shape (n,), optional
             Share of each element's light that meets another: what does not arrive in sum is put right.
         """
-        E, A = self.elements.emission[self.shining], self.elements.area
+        E, A = self.elements.emission[self.shining], self.samples.area
         H = np.zeros((len(A), 3))
         if self.scenery is None or self.receivers is None:
-            return H
+            return np.zeros_like(self.elements.emission)
         sources, order = self.scenery.sources, self.receivers.index
         if sums is not None and len(self.shining) <= MOST_LAMPS:
             received_by = [received(part, self.receivers, A[order], len(sources.area)) for part in self.rows]
             arrives = of_leaves(sources, np.sum(received_by, axis=0))
             share = sums[self.shining] / np.where(arrives > 0, arrives, 1)
             E = E * np.where(arrives > 0, np.clip(share, 1 / BALANCE, BALANCE), 1)[:, None]
-        means = node_means(sources, A[self.shining], E).astype(np.float32)
+        means = node_means(sources, self.elements.area[self.shining], E).astype(np.float32)
         H[order] = np.concatenate([gather(part, self.receivers, means) for part in self.rows])
-        return H
+        return self.samples.spread(H)
 
 
 def first_look(
-    elements: Elements, direct: Float, occluders: Surroundings, quality: Quality, workers: Executor
+    elements: Elements,
+    samples: Samples,
+    direct: Float,
+    occluders: Surroundings,
+    quality: Quality,
+    workers: Executor,
 ) -> Generator[Progress, None, Look]:
-    """Link all elements to those that are lamps."""
+    """Link samples of all elements to those that are lamps."""
     E, A = elements.emission, elements.area[:, None]
     grey = min(float((A * elements.reflectance).mean() / A.mean()), _MOST_AMBIENT)
     everywhere = float((A * (E + direct)).sum(axis=0).mean() / A.sum() / (1 - grey)) or 1.0
     bright = E.mean(axis=1) > _LAMP * everywhere
     shining, emission = np.flatnonzero(bright), np.where(bright[:, None], E, 0)
     if not len(shining):
-        return Look(elements, shining, emission, None, None, [], everywhere)
+        return Look(elements, samples, shining, emission, None, None, [], everywhere)
     scenery = build_scenery(elements.pick(shining), E[shining], everywhere, occluders)
-    receivers = group_receivers(elements.centre, elements.normal)
+    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element])
     rows: list[Rows] = []
     done = 0
     for part in stream_rows(receivers, scenery, quality.direct, workers):
@@ -104,7 +113,7 @@ def first_look(
         done += len(part.group)
         check_memory(rows, done / len(receivers))
         yield Progress(STAGE, done / len(receivers))
-    return Look(elements, shining, emission, scenery, receivers, rows, everywhere)
+    return Look(elements, samples, shining, emission, scenery, receivers, rows, everywhere)
 
 
 def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float, float]:

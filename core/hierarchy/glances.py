@@ -18,7 +18,7 @@ from .elements import Elements
 from .linking import closures
 from .probes import groups_shut_in, points_shut_in
 from .quality import Detail, Quality
-from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
+from .receivers import GROUP_SIZE, SPARSE_SIZE, DirectLight, Receivers, group_receivers
 from .rows import BRIGHT, gather, stream_rows
 from .samples import Samples, choose_samples
 from .scenery import Scenery, node_means
@@ -113,6 +113,7 @@ def sparse_glances(
     quality: Quality,
     workers: Executor,
     edge: NDArray[np.bool_],
+    sky: DirectLight | None = None,
 ) -> Generator[Progress, None, Glance]:
     """Let every corner look at the lamps, and some look at everything for the others; otherwise as `glances`.
 
@@ -120,6 +121,8 @@ def sparse_glances(
     ----------
     edge : ndarray of shape (q,)
         Corners at edges, where light changes fast: those look themselves, if they are not too many.
+    sky : callable, optional
+        Light of the sky, which counts among the others: it changes as slowly as what has bounced.
     """
     bright, links, rays = yield from _lamps(corners, lit, quality.gather, workers)
     # What samples see of the lamps is not what their neighbours see: it is told apart.
@@ -128,14 +131,15 @@ def sparse_glances(
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
     sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers)
-    indirect = _without_lamps(sampled)
+    indirect = _without_lamps(sampled) + _from_sky(corners, samples.element, sky)
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, edge, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
     others = np.maximum(samples.spread(indirect), 0)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     if len(closer):
         more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
-        others[closer], covered[closer], alone[closer] = _without_lamps(more), more.covered, more.alone
+        others[closer] = _without_lamps(more) + _from_sky(corners, closer, sky)
+        covered[closer], alone[closer] = more.covered, more.alone
         sights.append(of_all(more.sights, closer))
         links, rays = links + more.links, rays + more.rays
     return Glance(bright, others, covered, alone, joined(sights), links + sampled.links, rays + sampled.rays)
@@ -146,6 +150,13 @@ def _without_lamps(glance: Glance) -> Float:
     light = glance.bright + glance.others
     indirect: Float = np.maximum(light[:, :6] - np.tile(light[:, 6:], 2), 0)
     return indirect
+
+
+def _from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
+    """Return the light of the sky at some corners, shape (k, 6) [W/m^2]."""
+    if sky is None:
+        return np.zeros((len(which), 6))
+    return np.tile(sky(corners.point[which], corners.normal[which]), 2)
 
 
 def _samples(corners: Corners, lit: Lit, quality: Quality) -> Samples:

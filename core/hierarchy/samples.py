@@ -13,16 +13,13 @@ from numpy.typing import NDArray
 
 from ..visibility import Surroundings
 from .elements import Elements
-from .tree import Float, Int, Tree, build_tree, least_cosine
+from .neighbourhoods import Neighbourhoods, find_neighbourhoods
+from .tree import Float, Int, Tree
 
-# Normals of a cluster lie within a cone of this cosine; a wider one is taken where that leaves too many clusters.
-_LIKE = (0.87, 0.5, -1.0)
-# Halvings of the longest side that is looked for.
-_HALVINGS = 16
-# Standard deviation across a cluster over that along it: what a bend of that cone makes of a sheet, and no more.
-_THIN = 0.12
 # Height over the surface at which elements look for their sample, as a share of the way to it: over its bends.
 _LIFT = 0.15
+# How often what does not see the sample of its cluster is given another.
+_ROUNDS = 3
 # Clusters that a trend is told by, at least; and how much it is held back where they hardly tell it.
 _TREND, _HELD_BACK = 6, 0.05
 # Share of its light that a trend may take from any place in a cluster.
@@ -101,16 +98,19 @@ class Samples:
         return spread
 
 
-def choose_samples(elements: Elements, occluders: Surroundings, most: int) -> Samples:
+def choose_samples(
+    elements: Elements, occluders: Surroundings, most: int, around: Neighbourhoods | None = None
+) -> Samples:
     """Cluster elements and choose a sample of each cluster.
 
     Parameters
     ----------
     elements : Elements
     occluders : Surroundings
-        Tells which elements are under something: those are no one's neighbours.
     most : int
         Clusters that there may be. With no more elements, each is a cluster.
+    around : Neighbourhoods, optional
+        Of the elements, where they are known.
 
     Returns
     -------
@@ -119,16 +119,14 @@ def choose_samples(elements: Elements, occluders: Surroundings, most: int) -> Sa
     n = len(elements)
     if n <= most:
         return each(elements)
-    tree = build_tree(elements.centre, elements.normal, 1e3 * _covered(elements, occluders))
-    nodes, alike = _smallest(tree, elements, most)
+    around = around or find_neighbourhoods(elements, occluders)
+    tree = around.tree
+    nodes, alike = around.smallest(most)
     cluster = np.zeros(n, np.int64)
     cluster[tree.order] = np.repeat(np.arange(len(nodes)), tree.size[nodes])
     region = _regions(tree, nodes, alike)
-    element, within = _middles(elements, cluster)
-    # Who does not see the sample, as from the other side of a wall, is a cluster of its own.
-    alone = np.flatnonzero(_hidden(elements, element[cluster], occluders))
-    cluster[alone] = len(nodes) + np.arange(len(alone))
-    region = np.append(region, np.max(region) + 1 + np.arange(len(alone)))
+    _part(cluster, elements, occluders, most)
+    region = np.append(region, np.max(region) + 1 + np.arange(np.max(cluster) + 1 - len(nodes)))
     # A cluster whose sample alone was left keeps it; the sample sees itself.
     element, within = _middles(elements, cluster)
     weight, place = np.bincount(region), elements.centre[element]
@@ -140,6 +138,24 @@ def choose_samples(elements: Elements, occluders: Surroundings, most: int) -> Sa
     return Samples(element, cluster, area, region, arm, slope, within, order, begin)
 
 
+def _part(cluster: Int, elements: Elements, occluders: Surroundings, most: int) -> None:
+    """Make new clusters of the elements that do not see the sample of theirs, in place.
+
+    As from the other side of a wall, each is one of its own. Of grass, hair or leaves hardly any see each other, and
+    all see much the same: there those that are left of a cluster are one, and so on.
+    """
+    left = np.arange(len(cluster))
+    for _ in range(_ROUNDS):
+        own = np.unique(cluster[left], return_inverse=True)[1].reshape(-1)
+        element, _ = _middles(elements.pick(left), own)
+        left = left[_hidden(elements, left, left[element][own], occluders)]
+        first = np.max(cluster) + 1
+        if len(left) <= most:
+            cluster[left] = first + np.arange(len(left))
+            return
+        cluster[left] = first + np.unique(cluster[left], return_inverse=True)[1].reshape(-1)
+
+
 def _middles(elements: Elements, cluster: Int) -> tuple[Int, Float]:
     """Return the element nearest to the middle of each cluster, and the way from that middle to each element."""
     area = np.bincount(cluster, elements.area)
@@ -149,14 +165,14 @@ def _middles(elements: Elements, cluster: Int) -> tuple[Int, Float]:
     return nearest[np.searchsorted(cluster[nearest], np.arange(len(area)))], within
 
 
-def _hidden(elements: Elements, sample: Int, occluders: Surroundings) -> NDArray[np.bool_]:
-    """Return which elements do not see their sample, from a little above the surface, shape (n,)."""
-    others = np.flatnonzero(sample != np.arange(len(sample)))
-    one, other = elements.centre[others], elements.centre[sample[others]]
+def _hidden(elements: Elements, which: Int, sample: Int, occluders: Surroundings) -> NDArray[np.bool_]:
+    """Return which of some elements do not see their sample, from a little above the surface, shape (k,)."""
+    others = np.flatnonzero(sample != which)
+    one, other = elements.centre[which[others]], elements.centre[sample[others]]
     lift = _LIFT * np.sqrt(((one - other) ** 2).sum(axis=1))[:, None]
     hidden = np.zeros(len(sample), bool)
     hidden[others] = occluders.blocked(
-        one + lift * elements.normal[others], other + lift * elements.normal[sample[others]]
+        one + lift * elements.normal[which[others]], other + lift * elements.normal[sample[others]]
     )
     return hidden
 
@@ -175,51 +191,6 @@ def each(elements: Elements) -> Samples:
     """
     every, none = np.arange(len(elements)), np.zeros((len(elements), 3))
     return Samples(every, every, elements.area, every, none, np.zeros((len(elements), 3, 3)), none, every, every)
-
-
-def _smallest(tree: Tree, elements: Elements, most: int) -> tuple[Int, NDArray[np.bool_]]:
-    """Return the nodes of the smallest size that leaves no more than `most`, and which nodes hold like elements."""
-    low, high = tree.extremes(elements.corners.min(axis=1), elements.corners.max(axis=1))
-    side = (high - low).max(axis=1)
-    vector = tree.sums(elements.area[:, None] * elements.normal)
-    mean = vector / np.maximum(np.sqrt((vector * vector).sum(axis=1)), 1e-300)[:, None]
-    cosine, thin = least_cosine(tree, elements.normal, mean), _thin(tree, elements, mean)
-    for like in _LIKE:
-        alike = (cosine > like) & thin if like > 0 else np.ones(len(side), bool)
-        small, large = 0.0, float(side[0])
-        nodes = tree.cut_where(alike & (side <= large))
-        # A little more than was asked for is better than to take a ceiling and a floor for one.
-        if len(nodes) > (1.5 * most if like > 0 else np.inf):
-            continue
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (small + large)
-            tried = tree.cut_where(alike & (side <= middle))
-            if len(tried) > most:
-                small = middle
-            else:
-                large, nodes = middle, tried
-        break
-    return nodes, alike
-
-
-def _covered(elements: Elements, occluders: Surroundings) -> NDArray[np.float64]:
-    """Return 1 for the elements that look at a back, as what is under a box does, and 0 for the others, shape (n,)."""
-    face, _, front = occluders.nearest(elements.centre, elements.normal)
-    return ((face >= 0) & ~front).astype(float)
-
-
-def _thin(tree: Tree, elements: Elements, mean: Float) -> NDArray[np.bool_]:
-    """Return which nodes are one sheet rather than several above each other, shape (nodes,)."""
-    A, x = elements.area[:, None], elements.centre - elements.centre.mean(axis=0)
-    squares = (x[:, :, None] * x[:, None]).reshape(-1, 9)
-    sums = tree.sums(np.concatenate((A, A * x, A * squares), axis=1))
-    # Beside what is a million times larger, small areas are lost in the sums: whatever they are, they are thin.
-    means = np.divide(sums[:, 1:], sums[:, :1], out=np.zeros_like(sums[:, 1:]), where=sums[:, :1] > 0)
-    middle = means[:, :3]
-    moment = means[:, 3:].reshape(-1, 3, 3) - middle[:, :, None] * middle[:, None]
-    across = np.einsum("ni,nij,nj->n", mean, moment, mean)
-    thin: NDArray[np.bool_] = across <= _THIN**2 * np.trace(moment, axis1=1, axis2=2) + 1e-12 * float(np.max(x * x))
-    return thin
 
 
 def _regions(tree: Tree, nodes: Int, alike: NDArray[np.bool_]) -> Int:

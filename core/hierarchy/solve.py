@@ -2,7 +2,8 @@
 """The hierarchical method from patches to light: elements, light straight from emitters, links, and bounces.
 
 Light that comes straight from lamps (elements that shine much brighter than what they light) is looked for at every
-element; all other light changes less from place to place and is solved for at samples.
+element, or where they are very many at several times as many samples as all other light, which changes less from place
+to place.
 """
 
 from collections.abc import Generator
@@ -22,6 +23,7 @@ from .first_look import STAGE as FIRST_LOOK
 from .first_look import Look, ambient_guess, first_look, typical_irradiance
 from .linking import STAGE as LINKS
 from .linking import hierarchical_transport
+from .neighbourhoods import find_neighbourhoods
 from .quality import Detail, Quality
 from .receivers import DirectLight
 from .samples import Samples, choose_samples
@@ -34,6 +36,8 @@ T = TypeVar("T")
 # How few samples tell roughly where the light is, how finely they are linked, and solved for.
 _FEW, _COARSELY = 500, 1e-3
 _COARSE = Detail(1.5, 0.2, 0.2, 1)
+# Elements that look for lamps, at most, as a multiple of those that receive indirect light.
+_STRAIGHT = 8
 # Share of its surroundings that an element in a closed room has to see for not being hidden itself.
 EXPOSED = 0.3
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
@@ -109,18 +113,23 @@ def solve(
     """
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
     yield Progress("Elements", 1.0)
-    H0 = direct(elements.centre, elements.normal) if direct else np.zeros_like(elements.emission)
-    look = yield from first_look(elements, H0, occluders, quality, workers)
+    around = find_neighbourhoods(elements, occluders) if len(elements) > _FEW else None
+    # That light is only to be passed on: of very many elements some look for those around them.
+    some = choose_samples(elements, occluders, _STRAIGHT * quality.samples, around)
+    H0 = np.zeros_like(elements.emission)
+    if direct:
+        H0 = some.spread(direct(elements.centre[some.element], elements.normal[some.element]))
+    look = yield from first_look(elements, some, H0, occluders, quality, workers)
     # A few samples tell where the light is, and the links are made for that.
     guess, typical = ambient_guess(elements, H0, look)
     scenery = build_scenery(elements, guess, typical, occluders)
-    some = choose_samples(elements, occluders, _FEW)
+    some = choose_samples(elements, occluders, _FEW, around)
     steps = _bounces(some, scenery, look, H0, guess, _COARSE, workers, iterations, _COARSELY)
     roughly, rough = yield from _renamed(steps, FIRST_LOOK)
     typical = typical_irradiance(elements, rough.irradiance, roughly.row_sums()) or typical
     scenery = build_scenery(elements, rough.radiosity, typical, occluders)
     yield Progress(LINKS, 0.0)
-    samples = choose_samples(elements, occluders, quality.samples)
+    samples = choose_samples(elements, occluders, quality.samples, around)
     transport, solution = yield from _bounces(
         samples, scenery, look, H0, rough.radiosity, quality.solve, workers, iterations, tolerance
     )

@@ -104,6 +104,7 @@ def direct_light(
     settings: "Settings",
     occluders: Occluders,
     *,
+    lamps: Sequence[Lamp] | None = None,
     rough: bool = False,
     workers: Executor | None = None,
 ) -> FloatArray:
@@ -118,6 +119,8 @@ def direct_light(
         Give the quality.
     occluders : Occluders
         What blocks.
+    lamps : sequence of Lamp, optional
+        Some of the scene's; all when not given.
     rough, workers
         See `lamp_irradiance`.
 
@@ -128,7 +131,14 @@ def direct_light(
     """
     rays, reach = _RAYS[settings.quality], scene_reach(scene)
     return lamp_irradiance(
-        scene.lamps, points, normals, occluders, rays=rays, reach=reach, rough=rough, workers=workers
+        scene.lamps if lamps is None else lamps,
+        points,
+        normals,
+        occluders,
+        rays=rays,
+        reach=reach,
+        rough=rough,
+        workers=workers,
     )
 
 

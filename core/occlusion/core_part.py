@@ -20,6 +20,9 @@ Blocked = Callable[[FloatArray, FloatArray], BoolArray]
 _LARGER = 100.0
 # ... and the next larger face makes that part so many times as large at once.
 _JUMP = 8.0
+# ... and that is a thing of some faces, and the next one no small face far away: a blade of grass that stands apart from
+# all others is not where a scene is.
+_SOME, _FAR = 4, 32.0
 # Half the edge of the cube around that part, in its diagonals; no round number, for fear of walls in its faces' planes.
 _AROUND = 1.0437
 
@@ -145,5 +148,6 @@ def core_part(low: FloatArray, high: FloatArray) -> CorePart:
     next_size, next_extent = size[1:], extent[order][1:]
     part = size[:-1]
     apart = (part > 0) & (next_size >= _JUMP * part) & (next_extent >= part) & (size[-1] >= _LARGER * part)
+    apart &= (np.arange(1, len(low)) >= _SOME) & (_FAR * next_extent >= next_size)
     last = int(np.flatnonzero(apart)[-1]) if apart.any() else len(low) - 1
     return CorePart(0.5 * (least[last] + most[last]), float(size[last]) or 1.0, last == len(low) - 1)

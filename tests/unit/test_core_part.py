@@ -62,6 +62,10 @@ def test_the_core_is_what_a_few_large_faces_are_around():
     assert not far.whole
     assert far.size == room.size
     np.testing.assert_array_equal(far.away(np.array([[(2, 2, 2)] * 3, [(1e4, 1e4, 1e4)] * 3])) > 0, [False, True])
+    # Neither is one blade of grass among many the core, however far from it the next one stands.
+    blades = rng.uniform(0, 5, (1000, 3))
+    for size in (np.full((1000, 1), 0.01), rng.uniform(0.005, 0.02, (1000, 1))):
+        assert core_part(blades, blades + size * np.ones(3)).whole
     # Sizes that grow step by step have no core.
     steps = 3.0 ** np.arange(12)[:, None] * np.ones(3)
     assert core_part(-steps, steps).whole

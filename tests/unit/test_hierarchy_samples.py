@@ -10,6 +10,7 @@ from core.bake import bake
 from core.hierarchy import quality as qualities
 from core.hierarchy.elements import split_patches
 from core.hierarchy.samples import choose_samples, each
+from core.lighting.sky import SkyLamp
 from core.meshing import mesh
 from core.progress import exhaust
 from core.scene import Scene
@@ -91,3 +92,48 @@ def test_areas_that_sums_lose_beside_huge_ones_are_clustered_all_the_same():
     elements = split_patches(patches, occluders, tolerance=1.0, size=1e9)
     samples = choose_samples(elements, occluders, 20)
     assert np.isfinite(samples.slope).all() and samples.area.sum() == pytest.approx(elements.area.sum())
+
+
+def test_blades_of_grass_that_hide_each_other_do_not_each_need_a_sample(box):
+    rng = np.random.default_rng(0)
+    foot = np.column_stack([rng.uniform(1, 4, (2000, 2)), np.zeros(2000)])
+    along = np.column_stack([rng.normal(size=(2000, 2)), np.zeros(2000)]) * 0.03
+    blades = np.stack([foot, foot + along, foot + along + (0, 0, 0.1), foot + (0, 0, 0.1)], axis=1)
+    glow = np.repeat([[0.0], [1.0], [0.0]], [1, 1, 2004], axis=0) * np.ones(3)
+    scene = Scene.from_polygons([*box((5, 5, 3)), *blades], 0.5, glow, sides=np.repeat([1, 3], [6, 2000]))
+    patches = mesh(scene)
+    occluders = scene_occluders(scene, patches)
+    elements = split_patches(patches, occluders, tolerance=1.0, size=1.0)
+    # Nothing is gained by elements that are smaller than a blade.
+    assert len(elements) < 1.1 * len(patches.area)
+    samples = choose_samples(elements, occluders, 200)
+    assert len(samples) < 1000
+    assert np.array_equal(samples.cluster[samples.element], np.arange(len(samples)))
+    assert samples.area.sum() == pytest.approx(elements.area.sum())
+
+
+def test_the_sky_is_looked_at_by_samples_of_a_fine_mesh_and_by_those_where_it_changes(monkeypatch):
+    """A plain of 9000 corners with a block on it: every corner for itself, or a few hundred for all."""
+    n = 94
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]) * 10 / n
+    cell = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    plain = np.stack([cell, cell + n + 1, cell + n + 2, cell + 1], axis=1)
+    corners = np.array([(i, j, k) for i in (4, 6) for j in (4, 6) for k in (0, 3)], float)
+    block = np.array([(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (1, 5, 7, 3)]) + len(points)
+    faces = np.concatenate([plain, block])
+    vertices = np.concatenate([points, corners])
+    sky = SkyLamp("Sky", np.ones((1, 1, 3)))
+    scene = Scene(vertices, faces.ravel(), 4 * np.arange(len(faces) + 1), np.full((len(faces), 3), 0.5),
+                  np.zeros((len(faces), 3)), lamps=[sky])  # fmt: skip
+    floor = scene.corner_face < len(plain)
+    shown = {}
+    for corners in (20_000, 600):
+        quality = replace(qualities.QUALITIES["preview"], corners=corners, samples=300)
+        monkeypatch.setitem(qualities.QUALITIES, "preview", quality)
+        shown[corners] = exhaust(bake(scene, Settings(quality="preview"))).corner_irradiance[floor, 0]
+    every, few = shown.values()
+    assert every.min() < 0.6 * np.pi < 0.98 * np.pi < every.max()
+    error = few - every
+    assert abs(error.mean()) < 0.01 * every.mean()
+    assert np.sqrt((error**2).mean()) < 0.04 * every.mean()

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which elements are neighbours: a tree of sheets that look one way, which samples of any number are chosen from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..visibility import Surroundings
+from .elements import Elements
+from .tree import Float, Int, Tree, build_tree, least_cosine
+
+# Normals of a cluster lie within a cone of this cosine; a wider one is taken where that leaves too many clusters.
+_LIKE = (0.87, 0.5, -1.0)
+# Halvings of the longest side that is looked for.
+_HALVINGS = 16
+# Standard deviation across a cluster over that along it: what a bend of that cone makes of a sheet, and no more.
+_THIN = 0.12
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbourhoods:
+    """Elements by where they are and how they look, whatever the number of samples.
+
+    Attributes
+    ----------
+    tree : Tree
+        Over the elements.
+    side : ndarray of shape (nodes,)
+        Longest side of each node's bounding box [m].
+    cosine : ndarray of shape (nodes,)
+        Lower bound of the cosine between a node's mean normal and those of its elements.
+    thin : ndarray of shape (nodes,)
+        Nodes that are one sheet rather than several above each other.
+    """
+
+    tree: Tree
+    side: Float
+    cosine: Float
+    thin: NDArray[np.bool_]
+
+    def smallest(self, most: int) -> tuple[Int, NDArray[np.bool_]]:
+        """Choose the nodes of the smallest size that leaves no more than `most`.
+
+        Parameters
+        ----------
+        most : int
+
+        Returns
+        -------
+        nodes : ndarray of shape (k,)
+            In the tree's order; together they cover every element once.
+        alike : ndarray of shape (nodes,)
+            Which nodes of the tree hold like elements.
+        """
+        tree, side = self.tree, self.side
+        for like in _LIKE:
+            alike = (self.cosine > like) & self.thin if like > 0 else np.ones(len(side), bool)
+            small, large = 0.0, float(side[0])
+            nodes = tree.cut_where(alike & (side <= large))
+            # A little more than was asked for is better than to take a ceiling and a floor for one.
+            if len(nodes) > (1.5 * most if like > 0 else np.inf):
+                continue
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (small + large)
+                tried = tree.cut_where(alike & (side <= middle))
+                if len(tried) > most:
+                    small = middle
+                else:
+                    large, nodes = middle, tried
+            break
+        return nodes, alike
+
+
+def find_neighbourhoods(elements: Elements, occluders: Surroundings) -> Neighbourhoods:
+    """Sort elements into a tree that samples are chosen from.
+
+    Parameters
+    ----------
+    elements : Elements
+    occluders : Surroundings
+        Tells which elements are under something: those are no one's neighbours.
+
+    Returns
+    -------
+    Neighbourhoods
+    """
+    tree = build_tree(elements.centre, elements.normal, 1e3 * _covered(elements, occluders))
+    low, high = tree.extremes(elements.corners.min(axis=1), elements.corners.max(axis=1))
+    vector = tree.sums(elements.area[:, None] * elements.normal)
+    mean = vector / np.maximum(np.sqrt((vector * vector).sum(axis=1)), 1e-300)[:, None]
+    cosine, thin = least_cosine(tree, elements.normal, mean), _thin(tree, elements, mean)
+    return Neighbourhoods(tree, (high - low).max(axis=1), cosine, thin)
+
+
+def _covered(elements: Elements, occluders: Surroundings) -> NDArray[np.float64]:
+    """Return 1 for the elements that look at a back, as what is under a box does, and 0 for the others, shape (n,)."""
+    face, _, front = occluders.nearest(elements.centre, elements.normal)
+    return ((face >= 0) & ~front).astype(float)
+
+
+def _thin(tree: Tree, elements: Elements, mean: Float) -> NDArray[np.bool_]:
+    """Return which nodes are one sheet rather than several above each other, shape (nodes,)."""
+    A, x = elements.area[:, None], elements.centre - elements.centre.mean(axis=0)
+    squares = (x[:, :, None] * x[:, None]).reshape(-1, 9)
+    sums = tree.sums(np.concatenate((A, A * x, A * squares), axis=1))
+    # Beside what is a million times larger, small areas are lost in the sums: whatever they are, they are thin.
+    means = np.divide(sums[:, 1:], sums[:, :1], out=np.zeros_like(sums[:, 1:]), where=sums[:, :1] > 0)
+    middle = means[:, :3]
+    moment = means[:, 3:].reshape(-1, 3, 3) - middle[:, :, None] * middle[:, None]
+    across = np.einsum("ni,nij,nj->n", mean, moment, mean)
+    thin: NDArray[np.bool_] = across <= _THIN**2 * np.trace(moment, axis1=1, axis2=2) + 1e-12 * float(np.max(x * x))
+    return thin
