@@ -20,8 +20,8 @@ Blocked = Callable[[FloatArray, FloatArray], BoolArray]
 _LARGER = 100.0
 # ... and the next larger face makes that part so many times as large at once.
 _JUMP = 8.0
-# ... and that is a thing of some faces, and the next one no small face far away: a blade of grass that stands apart from
-# all others is not where a scene is.
+# ... and that is a thing of some faces, and the next one no small face far away: a blade of grass that stands apart
+# from all others is not where a scene is.
 _SOME, _FAR = 4, 32.0
 # Half the edge of the cube around that part, in its diagonals; no round number, for fear of walls in its faces' planes.
 _AROUND = 1.0437
