@@ -128,6 +128,10 @@ def _read(material: bpy.types.Material | None, network: Network) -> Surface:
     if output is None:
         network.note("it has no Material Output node and is black")
         reflectance, radiance, passed = Shading()
+    elif not output.inputs["Surface"].is_linked and output.inputs["Volume"].is_linked:
+        # Blender shows no surface round fog.
+        network.note("its volume is left out, and light goes through")
+        reflectance, radiance, passed = Shading(passed=np.ones(3))
     else:
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):

@@ -59,6 +59,12 @@ def test_a_lamp_in_a_clear_shade_lights_as_without_it(bake, kind, values):
     np.testing.assert_allclose(bake(plain("Clear", kind, **values)), bake(None), rtol=0.02)
 
 
+def test_a_lamp_in_fog_lights_as_without_it(bake):
+    material, output = node_material("Fog")
+    add_shader(material, 'ShaderNodeVolumeScatter', output.inputs["Volume"])
+    np.testing.assert_allclose(bake(material), bake(None), rtol=0.02)
+
+
 def test_a_lamp_in_an_opaque_shade_lights_nothing(bake):
     assert bake(plain("Opaque", 'ShaderNodeBsdfPrincipled')).max() < 1e-6
 
