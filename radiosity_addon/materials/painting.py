@@ -146,10 +146,11 @@ def _parts(paintings: Sequence[Painting]) -> list[IntArray]:
         ground = painting.ground
         varies = np.isin(ground.material_index[ground.triangles.face], list(painting.varying))
         # In the world, where all meshes are next to each other.
-        world = ground.triangles.points @ ground.matrix[:3, :3].T
-        twice = np.cross(world[:, 1] - world[:, 0], world[:, 2] - world[:, 0])
-        # Triangles whose corners are nowhere, or too far away to multiply, count as points.
-        areas.append(np.where(varies, np.nan_to_num(np.linalg.norm(twice, axis=1), posinf=0.0), -1.0))
+        with np.errstate(over="ignore", invalid="ignore"):
+            world = ground.triangles.points @ ground.matrix[:3, :3].T
+            twice = np.cross(world[:, 1] - world[:, 0], world[:, 2] - world[:, 0])
+            # Triangles whose corners are nowhere, or too far away to multiply, count as points.
+            areas.append(np.where(varies, np.nan_to_num(np.linalg.norm(twice, axis=1), posinf=0.0), -1.0))
     total = sum(float(area[area > 0].sum()) for area in areas)
     scale = _CELLS / total if 0.0 < total < np.inf else 0.0
     return [

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from ...core.mending import FARTHEST
 from ...core.paint.averages import Triangles
 
 if TYPE_CHECKING:
@@ -155,6 +156,8 @@ def read_ground(mesh: bpy.types.Mesh, obj: bpy.types.Object, material_index: Int
     """
     mesh.calc_loop_triangles()
     position = _column(mesh.vertices, "co", 3).astype(float)
+    # Faces with a vertex that is nowhere are left out later; until then they shall be somewhere.
+    position[~(np.abs(position) <= FARTHEST)] = 0.0
     corner_vertex = _column(mesh.loops, "vertex_index", 1, np.int32)[:, 0].astype(np.int64)
     corner = _column(mesh.loop_triangles, "loops", 3, np.int32).astype(np.int64)
     face = _column(mesh.loop_triangles, "polygon_index", 1, np.int32)[:, 0].astype(np.int64)
