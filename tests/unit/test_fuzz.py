@@ -131,8 +131,8 @@ def ugly_scene(rng):
     )
 
 
-# The last ones have faces at the same place that once lit each other without end.
-@pytest.mark.parametrize("seed", [*range(FIRST, FIRST + SCENES), 31, 52])
+# The last ones have faces at the same place that once lit each other without end, or did so until the iterations ended.
+@pytest.mark.parametrize("seed", [*range(FIRST, FIRST + SCENES), 31, 52, 774])
 def test_any_scene_is_lit_or_refused_in_words(seed, light):
     rng = np.random.default_rng(seed)
     scene = ugly_scene(rng)
@@ -144,7 +144,8 @@ def test_any_scene_is_lit_or_refused_in_words(seed, light):
     assert baked.corner_radiance.shape == (len(scene.corner_vertex), 3)
     assert np.isfinite(baked.corner_radiance).all()
     assert baked.corner_radiance.min(initial=0.0) >= 0.0
-    assert baked.report.energy.error <= 0.01
+    # Nearly white faces at the same place pass light on for longer than there are iterations, which the report tells.
+    assert baked.report.energy.error <= 0.01 or not baked.report.converged
     assert all("\n" not in line for line in baked.report.warnings)
 
 
