@@ -18,9 +18,10 @@ from .vectors import dots
 # A cluster of several walls shines into each direction with its mean. It may if this many times what its parts differ
 # by is no more than other errors.
 _UNEVENLY = 2.0
-# What carries this many times less than would be opened may be as near as its radius over this, whatever the angle.
+# What carries this many times less than would be opened may be as near as its radius over this, whatever the angle. A
+# receiver at its edge is as near as its radius: of that it sees much, however little its middle says.
 _DIM = 4.0
-_WIDEST = 1.0
+_WIDEST = 0.9
 # Receivers of a group are nearer to a node than its middle is, down to this share of that distance.
 _WITHIN = 0.3
 # A wide cluster may be as near as its radius over this, at any quality: its nearest and its farthest parts are seen by

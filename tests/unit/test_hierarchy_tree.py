@@ -389,3 +389,19 @@ def test_a_blocker_takes_its_share(blocker, expected, within, cast):
     assert brought[0] / np.pi == pytest.approx(share[0] * whole, rel=0.15)
     # Where the first rays agree, no more are cast.
     assert rays == cast
+
+
+def test_a_receiver_at_an_edge_takes_the_exact_kernel_for_what_it_nearly_touches():
+    floor = split([np.array([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], float)], 4)
+    sources = sources_of(floor)
+    receivers = group_receivers(np.array([[2.0, 0.0, 1e-3]]), np.array([[0.0, 1.0, 0.0]]))
+    one = np.ones(len(sources.area))
+    links = find_links(receivers, np.array([0]), sources, one, angle=0.8, error=0.02)
+    leaf = sources.tree.child[links.node] < 0
+    element = sources.tree.order[sources.tree.start[links.node]]
+    beside = leaf & (np.abs(centres(floor[element])[:, :2] - (2.0, 0.125)) < 0.2).all(axis=1)
+    # Each of the two is a quarter of all that it sees, though their middles are next to its own plane.
+    assert beside.sum() == 2
+    at, way = (np.repeat(part, 2, axis=0) for part in (receivers.point, receivers.normal))
+    np.testing.assert_allclose(near_form_factors(at, way, floor[element[beside]]), 0.25, atol=0.01)
+    assert links.near[beside].all()
