@@ -243,6 +243,8 @@ def shapes(bpy):
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FILES))
 def test_any_file_is_lit_or_refused_in_words(scene, blender, seed):
+    if blender.app.version < (5, 0, 0) and "FUZZ_FILES" not in os.environ:
+        pytest.skip("older Blenders crash in the next file after nodes of some kinds were made")
     rng = np.random.default_rng(seed)
     any_file(blender, rng, scene)
     for obj in blender.data.objects:
