@@ -45,20 +45,23 @@ def smoothed(
     there = ~(covered[one] | covered[other])
     one, other = one[there], other[there]
     count = len(values)
-    grey = light.mean(axis=1)
+    grey, level = light.mean(axis=1), values[:, :3].mean(axis=1)
+    apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
+    alike = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)
     degree = np.bincount(one, minlength=count) + np.bincount(other, minlength=count)
-    crowd = np.maximum(degree[one], degree[other])
-    for _ in range(rounds):
-        level = values[:, :3].mean(axis=1)
-        apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
-        weight = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)
-        # Each gives and takes the same, so that no light is made; half of the way, so that nothing swings.
-        share = weight / crowd
-        flow = (0.5 * share)[:, None] * (values[other] - values[one])
-        values = values + np.stack(
-            [np.bincount(one, part, count) - np.bincount(other, part, count) for part in flow.T], axis=1
-        )
-    return values
+    # Each gives and takes the same, so that no light is made; half of the way, so that nothing swings.
+    share = (0.5 * alike / np.maximum(degree[one], degree[other]))[:, None]
+
+    def blended(light: Float) -> Float:
+        for _ in range(rounds):
+            flow = share * (light[other] - light[one])
+            into = [np.bincount(one, part, count) - np.bincount(other, part, count) for part in flow.T]
+            light = light + np.stack(into, axis=1)
+        return light
+
+    # Twicing (Tukey 1977): what is taken from a bend in the light comes back, what is taken from its noise does not.
+    once = blended(values)
+    return np.maximum(once + blended(values - once), 0)
 
 
 def _edges(scene: Scene, group: Int) -> tuple[Int, Int]:

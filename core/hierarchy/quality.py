@@ -73,8 +73,8 @@ QUALITIES = {
         samples=7_000,
         corners=12_000,
         direct=Detail(0.6, 0.01, 0.02, 8),
-        solve=Detail(0.6, 0.004, 0.015, 8),
-        gather=Detail(0.5, 0.003, 0.006, 32),
+        solve=Detail(0.8, 0.001, 0.015, 8),
+        gather=Detail(0.7, 0.0012, 0.006, 32),
     ),
     "high": Quality(
         split=3e-5,
