@@ -18,7 +18,7 @@ from .dense.matrix import dense_transport
 from .gathering import gathering
 from .hierarchy.corners import COVERED, corner_receivers, final_gather
 from .hierarchy.quality import QUALITIES
-from .hierarchy.solve import EXPOSED, Lit, exposed_irradiance, patch_solution, solve
+from .hierarchy.solve import Lit, exposed_elements, exposed_irradiance, patch_solution, solve
 from .lighting.lamps import SkyLamp, direct_light
 from .meshing import Patches
 from .occlusion.surfaces import occluder_polygons
@@ -127,11 +127,11 @@ def _hierarchical(
         )
         corners = corner_receivers(scene)
         elements, solution = lit.elements, lit.solution
-        H = exposed_irradiance(lit, patches, corners.group, solution.irradiance)
+        exposed = exposed_elements(lit)
+        H = exposed_irradiance(lit, patches, corners.group, solution.irradiance, exposed)
         straight = solution.irradiance if solution.direct is None else solution.direct
-        first = exposed_irradiance(lit, patches, corners.group, straight)
+        first = exposed_irradiance(lit, patches, corners.group, straight, exposed)
         B = elements.emission + elements.reflectance * H
-        exposed = lit.transport.row_sums() > EXPOSED
         H, first, links, rays = yield from clock.watch(
             final_gather(
                 scene,

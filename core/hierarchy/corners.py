@@ -21,7 +21,8 @@ from .meetings import at_edges, exchange, find_meetings
 from .quality import Quality
 from .receivers import DirectLight
 from .scenery import relit
-from .sights import NOTHING
+from .sights import NOTHING, beside
+from .slopes import find_slopes
 from .solve import Lit
 from .tree import Float, Int
 
@@ -164,10 +165,12 @@ def final_gather(
     meetings = find_meetings(glance.sights, scene, corners, elements, patches)
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
     if len(meetings.owner):
-        beside = yield from glances(meetings.aside, lit, shown, np.ones(len(meetings.owner)), quality, workers)
-        aside = (_straight(beside, meetings.aside, direct, sky) + beside.others)[:, :3]
-        links, rays, seen = links + beside.links, rays + beside.rays, beside.sights
-    light[:, :3] = exchange(light[:, :3], meetings, aside, seen, elements, radiosity)
+        more = yield from glances(meetings.aside, lit, shown, np.ones(len(meetings.owner)), quality, workers)
+        aside = (_straight(more, meetings.aside, direct, sky) + more.others)[:, :3]
+        links, rays, seen = links + more.links, rays + more.rays, more.sights
+    away = ~beside(glance.sights, corners.point, elements)
+    slopes = find_slopes(glance.sights.pick(away), scene, corners, elements, patches)
+    light[:, :3] = exchange(light[:, :3], meetings, slopes, aside, seen, elements, radiosity)
     return light[:, :3], light[:, 3:], links, rays
 
 

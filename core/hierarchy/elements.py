@@ -27,8 +27,11 @@ _CONTACT_DEPTH = 2
 # ... and how large it has to be for that, as a share of the largest element: blades of grass stand on nothing.
 _CONTACT = 1 / 16
 _LIFT = 0.02
-# No more elements than this many times the patches, whatever the lamps.
-_MOST = 4
+# Elements smaller than this share of the largest are fine enough, whatever hangs over them; how high and from where that is looked
+# for, as shares of their size and of the way from the corners.
+_WORTH_HALVING, _HEIGHT, _INWARDS = 0.25, 2.0, 0.1
+# No more elements than this many times the patches, whatever the lamps; but so many may always be.
+_MOST, _FEW = 4, 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +89,7 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
     lit = np.flatnonzero(patches.emission.any(axis=1))
     power = float((patches.area[lit, None] * patches.emission[lit]).sum())
     done = []
-    corners, room = patches.corners, _MOST * len(patch)
+    corners, room = patches.corners, max(_MOST * len(patch), _FEW)
     reflected = patches.reflectance.mean(axis=1)
     core = core_part(corners.min(axis=1), corners.max(axis=1))
     for depth in range(_DEEPEST + 1):
@@ -100,6 +103,8 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
         if len(patch) and depth < _CONTACT_DEPTH:
             large = np.flatnonzero(extent > _CONTACT**2)
             urgency[large[_stood_on(corners[large], occluders)]] = np.inf
+        large = np.flatnonzero((extent > _WORTH_HALVING) & (urgency <= 1))
+        urgency[large[_hung_over(corners[large], occluders)]] = 2.0
         coarse = (urgency > 1) & (depth < _DEEPEST)
         if 4 * coarse.sum() > room:
             # The most urgent only.
@@ -174,6 +179,17 @@ def _stood_on(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
     between = occluders.blocked(np.repeat(middle + lift, 4, axis=0), around + np.repeat(lift, 4, axis=0))
     stood: NDArray[np.bool_] = between.reshape(-1, 4).any(axis=1)
     return stood
+
+
+def _hung_over(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
+    """Return over which elements something hangs that ends within them, and not high, shape (n,)."""
+    around = (corners + _INWARDS * (centres(corners)[:, None] - corners)).reshape(-1, 3)
+    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    size = np.sqrt(np.sqrt((vector * vector).sum(axis=1)))
+    up = np.repeat(vector / np.maximum(size, 1e-300)[:, None], 4, axis=0)
+    under = occluders.blocked(around + _LIFT * up, around + _HEIGHT * up).reshape(-1, 4)
+    hung: NDArray[np.bool_] = under.any(axis=1) & ~under.all(axis=1)
+    return hung
 
 
 def _measured(corners: Float, patch: Int, patches: Patches) -> Elements:

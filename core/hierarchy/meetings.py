@@ -6,7 +6,7 @@ ends. A corner at an edge sees little of the other surface but that end. So the 
 its own corner at that place, or where it has none from a point put beside; all of them light each other.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from ..scene import Scene
 from .elements import Elements
 from .glances import Corners
 from .sights import Sights, beside, joined
+from .slopes import Slopes
 from .tree import Float, Int
 
 # A corner stands a little off the edge: of what it sees, this share is as the element's middle.
@@ -133,7 +134,7 @@ def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elem
     -------
     Meetings
     """
-    sights = beside(sights, corners.point, elements)
+    sights = sights.pick(beside(sights, corners.point, elements))
     known = neighbours(scene, corners, patches)
     other = known.of(sights.receiver, elements.patch[sights.element])
     # Nobody meets himself: a face bent a little sees an end of its own.
@@ -146,7 +147,13 @@ def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elem
 
 
 def exchange(
-    light: Float, meetings: Meetings, aside: Float, seen: Sights, elements: Elements, radiosity: Float
+    light: Float,
+    meetings: Meetings,
+    slopes: Slopes,
+    aside: Float,
+    seen: Sights,
+    elements: Elements,
+    radiosity: Float,
 ) -> Float:
     """Let surfaces light each other where they meet.
 
@@ -155,6 +162,8 @@ def exchange(
     light : ndarray of shape (q, 3)
         Irradiance of the receivers, from elements of one radiosity each [W/m^2].
     meetings : Meetings
+    slopes : Slopes
+        Of what they see but do not stand beside.
     aside : ndarray of shape (p, 3)
         The same at the points aside.
     seen : Sights
@@ -169,19 +178,21 @@ def exchange(
     """
     count, owner = len(light), meetings.owner
     # Points aside look back at the surface that they were put beside.
-    seen = beside(seen, meetings.aside.point, elements)
+    seen = seen.pick(beside(seen, meetings.aside.point, elements))
     back = owner[seen.receiver]
     seen = seen.pick(meetings.neighbours.of(back, elements.patch[seen.element]) == back)
-    sights = joined((meetings.sights, Sights(count + seen.receiver, seen.element, seen.weight)))
+    sights = joined((meetings.sights, replace(seen, receiver=count + seen.receiver)))
     other = np.concatenate((meetings.other, owner[seen.receiver]))
     share = (np.where(other < count, 1 - _MIDDLE, 1) * sights.weight)[:, None]
     E, rho, B = elements.emission[sights.element], elements.reflectance[sights.element], radiosity[sights.element]
+    receiver = np.concatenate((sights.receiver, slopes.receiver))
+    sloping = slopes.share[:, None] * elements.reflectance[slopes.element]
     given = np.concatenate((light, aside))
     H = given
     for _ in range(_ROUNDS):
         # What stands for an element there sends instead of the element.
-        change = share * (E + rho * H[other] - B)
-        sums = [np.bincount(sights.receiver, channel, len(given)) for channel in change.T]
+        change = np.concatenate((share * (E + rho * H[other] - B), sloping * H[slopes.corner]))
+        sums = [np.bincount(receiver, channel, len(given)) for channel in change.T]
         before, H = H, np.maximum(given + np.stack(sums, axis=1), 0)
         if np.abs(H - before).max(initial=0) <= _CONVERGED * H.max(initial=0):
             break

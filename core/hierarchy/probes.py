@@ -8,8 +8,8 @@ from ..visibility import Occluders
 from .receivers import Receivers
 from .tree import Float
 
-# Directions that each is probed in.
-_PROBES = 16
+# Directions that each is probed in, and in how many rounds.
+_PROBES, _ROUNDS = 16, 4
 
 
 def groups_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
@@ -54,6 +54,11 @@ def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -
     b = np.cross(axis, t)
     sine = np.sqrt(1 - cosine * cosine)
     way = cosine[:, None] * axis + (sine * np.cos(angle))[:, :, None] * t + (sine * np.sin(angle))[:, :, None] * b
-    blocked = occluders.blocked(origin.reshape(-1, 3), (origin + far * way).reshape(-1, 3))
-    shut: NDArray[np.bool_] = blocked.reshape(-1, _PROBES).all(axis=1)
+    shut = np.ones(len(axis), bool)
+    # A few at a time: who has found a way out needs no more.
+    for few in range(_ROUNDS):
+        asked = np.flatnonzero(shut)
+        start, end = origin[asked, few::_ROUNDS], (origin + far * way)[asked, few::_ROUNDS]
+        blocked = occluders.blocked(start.reshape(-1, 3), end.reshape(-1, 3))
+        shut[asked] = blocked.reshape(start.shape[:2]).all(axis=1)
     return shut

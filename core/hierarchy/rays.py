@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How much of a node each receiver sees, by rays to points spread over the node's patches."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..visibility import Occluders
@@ -24,6 +26,29 @@ _TRIED = 8
 _CLOSE = 1.5
 # Rays that are prepared at a time: their temporaries stay in a core's second-level cache.
 _BLOCK = 16384
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """What rays tell of k pairs of a receiver and a node.
+
+    Attributes
+    ----------
+    share : ndarray of shape (k,)
+        Of the light that gets through, 0 to 1; samples count by the light they would bring.
+    brought : ndarray of shape (k,)
+        What a sample brings on the mean, cosines over squared distance, or nothing where it is hidden or faces away
+        [1/m^2]: the integral itself, for nodes whose parts shine into too many directions for any kernel.
+    middle : ndarray of shape (m, 3)
+        Where the light that gets through comes from on the mean, of those pairs for which that was asked [m].
+    cast : int
+        How many rays there were.
+    """
+
+    share: Float
+    brought: Float
+    middle: Float
+    cast: int
 
 
 class SourcePoints:
@@ -124,9 +149,10 @@ def visible_share(
     receiver: Int,
     node: Int,
     rays: Int,
+    large: Int,
     targets: SourcePoints,
     occluders: Occluders,
-) -> tuple[Float, Float, int]:
+) -> Sighting:
     """Cast rays from receivers to nodes and return how much of the light gets through.
 
     Parameters
@@ -137,30 +163,26 @@ def visible_share(
         Pairs.
     rays : ndarray of shape (k,)
         How many each pair deserves, at least one. A few are tried first; the others follow where those disagree.
+    large : ndarray of shape (m,)
+        Pairs of which it matters where on the node the light comes from, ascending.
     targets : SourcePoints
     occluders : Occluders
-
-    Returns
-    -------
-    share : ndarray of shape (k,)
-        0 to 1; samples count by the light they would bring.
-    brought : ndarray of shape (k,)
-        What a sample brings on the mean, cosines over squared distance, or nothing where it is hidden or faces away
-        [1/m^2]: the integral itself, for nodes whose parts shine into too many directions for any kernel.
-    cast : int
-        How many rays there were.
     """
     first = np.minimum(rays, _TRIED)
-    sums, cast = _sampled(point, normal, receiver, node, first, np.zeros_like(rays), targets, occluders)
+    sums, cast = _sampled(point, normal, receiver, node, first, np.zeros_like(rays), large, targets, occluders)
     mixed = np.flatnonzero((rays > first) & (sums[0] > 0) & (sums[0] < (1 - 1e-9) * sums[1]))
     rest = rays[mixed] - first[mixed]
     if len(mixed):
-        more, further = _sampled(point, normal, receiver[mixed], node[mixed], rest, first[mixed], targets, occluders)
+        among = np.flatnonzero(np.isin(mixed, large, assume_unique=True))
+        more, further = _sampled(
+            point, normal, receiver[mixed], node[mixed], rest, first[mixed], among, targets, occluders
+        )
         sums[:, mixed] += more
         cast += further
     tried = first.copy()
     tried[mixed] += rest
-    return sums[0] / np.where(sums[1] > 0, sums[1], 1), sums[0] / tried, cast
+    middle = (sums[2:, large] / np.where(sums[0, large] > 0, sums[0, large], 1)).T
+    return Sighting(sums[0] / np.where(sums[1] > 0, sums[1], 1), sums[0] / tried, middle, cast)
 
 
 def _sampled(
@@ -170,10 +192,18 @@ def _sampled(
     node: Int,
     rays: Int,
     done: Int,
+    large: Int,
     targets: SourcePoints,
     occluders: Occluders,
 ) -> tuple[Float, int]:
-    """Return the light of the samples that get through, and of all, shape (2, k); and how many rays there were."""
+    """Cast rays and add up what the samples of each pair bring.
+
+    Returns
+    -------
+    sums : ndarray of shape (5, k)
+        Light of the samples that get through, of all, and, for large pairs, the first times where they are.
+    cast : int
+    """
     pair = np.repeat(np.arange(len(node)), rays)
     turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
@@ -187,7 +217,13 @@ def _sampled(
     asked = np.flatnonzero(light > 0)
     clear = np.zeros(len(pair), bool)
     clear[asked] = ~occluders.blocked(origin[asked], target[asked])
-    sums = np.stack([np.bincount(pair, part, len(node)) for part in (light * clear, light)])
+    through = light * clear
+    sums = np.zeros((5, len(node)))
+    sums[:2] = [np.bincount(pair, part, len(node)) for part in (through, light)]
+    wanted = np.zeros(len(node), bool)
+    wanted[large] = True
+    here = np.flatnonzero(wanted[pair])
+    sums[2:] = [np.bincount(pair[here], through[here] * axis, len(node)) for axis in target[here].T]
     return sums, len(asked)
 
 

@@ -28,6 +28,8 @@ _FULL = 1.2
 _MOST_BROUGHT = 4.0
 # A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
 _LARGE, _LARGE_RAYS = 0.05, 4
+# What a receiver sees of an element for it to matter which part of it that is.
+_MUCH = 0.04
 # Tasks computed ahead of the one that is waited for.
 _AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
@@ -52,6 +54,10 @@ class Rows:
         For each group its links, for each link its receivers: form factor times visible share.
     sums : ndarray of shape (r, 2)
         Share of its surroundings that each receiver of the groups sees shine: of bright nodes, and of the others.
+    large : ndarray of shape (l,)
+        Weights of single elements that fill much of what a receiver sees, ascending.
+    middle : ndarray of shape (l, 3)
+        Where on those the light comes from on the mean [m].
     rays : int
         Cast on the way.
     """
@@ -62,6 +68,8 @@ class Rows:
     begin: Int
     weight: Single
     sums: Float
+    large: Int
+    middle: Float
     rays: int
 
     def blocks(self, receivers: Receivers) -> Iterator[tuple[slice, Int, Single]]:
@@ -114,24 +122,27 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
     rays = np.where(weight[shining] > _LARGE, np.maximum(rays, _LARGE_RAYS), rays)
     wide = sources.wide[node]
-    share, brought, cast = visible_share(
-        receivers.point, receivers.normal, receiver[shining], node, rays, scenery.targets, scenery.occluders
+    large = np.flatnonzero((weight[shining] > _MUCH) & (sources.tree.child[node] < 0))
+    seen = visible_share(
+        receivers.point, receivers.normal, receiver[shining], node, rays, large, scenery.targets, scenery.occluders
     )
-    told = np.minimum(sources.area[node] * brought / np.pi, _MOST_BROUGHT * weight[shining])
-    weight[shining] = np.where(wide, told, weight[shining] * share)
+    told = np.minimum(sources.area[node] * seen.brought / np.pi, _MOST_BROUGHT * weight[shining])
+    weight[shining] = np.where(wide, told, weight[shining] * seen.share)
     # Nobody sees more than all that is around; what is there twice, such as doubled faces, counts half.
     if len(receiver):
         at = receiver - np.min(receiver)
-        seen = np.bincount(at, weight)
-        if np.max(seen) > _FULL:
-            weight *= np.where(seen > _FULL, 1 / np.maximum(seen, 1), 1)[at]
+        full = np.bincount(at, weight)
+        if np.max(full) > _FULL:
+            weight *= np.where(full > _FULL, 1 / np.maximum(full, 1), 1)[at]
     sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
     # On a curved surface most of what is close by is behind the horizon of all.
     kept = np.bincount(pair[weight > 0], minlength=len(count)) > 0
+    much = weight[shining[large]] > _MUCH
+    large, middle = (np.cumsum(kept[pair]) - 1)[shining[large[much]]], seen.middle[much]
     weight, count, group, node = weight[kept[pair]], count[kept], links.group[kept], links.node[kept]
     first = np.searchsorted(group, np.append(groups, np.iinfo(np.int64).max))
     begin = np.concatenate(([0], np.cumsum(count)))[first]
-    return Rows(groups, first, node, begin, weight, sums, cast)
+    return Rows(groups, first, node, begin, weight, sums, large, middle, seen.cast)
 
 
 def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, bright: NDArray[np.bool_]) -> Float:

@@ -2,7 +2,7 @@
 """Sights: single elements that fill much of what a receiver sees."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,6 @@ from .rows import Rows
 from .tree import Float, Int, Tree
 from .vectors import dots
 
-# What a receiver has to see of an element.
-_MUCH = 0.04
 # How near to an element a receiver stands beside it, as a share of the element's size.
 _BESIDE = 0.12
 
@@ -29,18 +27,21 @@ class Sights:
     receiver, element : ndarray of shape (k,)
     weight : ndarray of shape (k,)
         Form factor times visible share.
+    place : ndarray of shape (k, 3)
+        Where on the element the light comes from on the mean [m].
     """
 
     receiver: Int
     element: Int
     weight: Float
+    place: Float
 
     def pick(self, which: Int | NDArray[np.bool_]) -> "Sights":
         """Return some of the pairs."""
         return Sights(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
-NOTHING = Sights(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+NOTHING = Sights(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 3)))
 
 
 def joined(parts: Sequence[Sights]) -> Sights:
@@ -50,7 +51,7 @@ def joined(parts: Sequence[Sights]) -> Sights:
 
 def of_all(sights: Sights, which: Int) -> Sights:
     """Return sights of some receivers as sights among all of them, of which they are `which`."""
-    return Sights(which[sights.receiver], sights.element, sights.weight)
+    return replace(sights, receiver=which[sights.receiver])
 
 
 def large_sights(rows: Rows, receivers: Receivers, tree: Tree) -> Sights:
@@ -68,21 +69,16 @@ def large_sights(rows: Rows, receivers: Receivers, tree: Tree) -> Sights:
     Sights
         Of the receivers in the caller's order.
     """
-    large = np.flatnonzero(rows.weight > _MUCH)
+    large = rows.large
     group = np.searchsorted(rows.begin, large, side="right") - 1
     first, count = receivers.first[rows.group[group]], np.diff(receivers.first)[rows.group[group]]
     link, member = np.divmod(large - rows.begin[group], count)
-    node = rows.node[rows.first[group] + link]
-    single = np.flatnonzero(tree.child[node] < 0)
-    return Sights(
-        receivers.index[(first + member)[single]],
-        tree.order[tree.start[node[single]]],
-        rows.weight[large[single]].astype(float),
-    )
+    element = tree.order[tree.start[rows.node[rows.first[group] + link]]]
+    return Sights(receivers.index[first + member], element, rows.weight[large].astype(float), rows.middle)
 
 
-def beside(sights: Sights, point: Float, elements: Elements) -> Sights:
-    """Return the sights of elements that the receiver stands beside: it sees little but their nearest end.
+def beside(sights: Sights, point: Float, elements: Elements) -> NDArray[np.bool_]:
+    """Return which sights are of elements that the receiver stands beside: it sees little but their nearest end.
 
     Parameters
     ----------
@@ -93,4 +89,5 @@ def beside(sights: Sights, point: Float, elements: Elements) -> Sights:
     """
     at, element = point[sights.receiver], sights.element
     apart = at - nearest_points(at, elements.corners[element], elements.normal[element])
-    return sights.pick(dots(apart, apart) < _BESIDE**2 * elements.area[element])
+    close: NDArray[np.bool_] = dots(apart, apart) < _BESIDE**2 * elements.area[element]
+    return close

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..gathering import gathering
 from ..meshing import Patches
@@ -24,6 +25,7 @@ from .first_look import Look, ambient_guess, first_look, typical_irradiance
 from .linking import STAGE as LINKS
 from .linking import hierarchical_transport
 from .neighbourhoods import find_neighbourhoods
+from .probes import points_shut_in
 from .quality import Detail, Quality
 from .receivers import DirectLight
 from .samples import Samples, choose_samples
@@ -194,7 +196,19 @@ def _renamed(steps: Generator[Progress, None, T], stage: str) -> Generator[Progr
         steps.close()
 
 
-def exposed_irradiance(lit: Lit, patches: Patches, group: Int, irradiance: Float) -> Float:
+def exposed_elements(lit: Lit) -> NDArray[np.bool_]:
+    """Return which elements show, shape (n,): they see enough of what is around them, or a way out."""
+    sums, elements = lit.transport.row_sums(), lit.elements
+    exposed: NDArray[np.bool_] = sums > EXPOSED
+    unsure = np.flatnonzero(~exposed)
+    point, normal = elements.centre[unsure], elements.normal[unsure]
+    exposed[unsure] = ~points_shut_in(point, normal, elements.corners, lit.scenery.occluders)
+    return exposed
+
+
+def exposed_irradiance(
+    lit: Lit, patches: Patches, group: Int, irradiance: Float, exposed: NDArray[np.bool_]
+) -> Float:
     """Return the irradiance that elements show, shape (n, 3) [W/m^2].
 
     An element whose middle is under something else may still reach out from below: what shows of it is lit as the rest
@@ -208,9 +222,10 @@ def exposed_irradiance(lit: Lit, patches: Patches, group: Int, irradiance: Float
         Smooth group of each mesh corner: what is beside what.
     irradiance : ndarray of shape (n, 3)
         What arrives at the elements, all of it or a part [W/m^2].
+    exposed : ndarray of shape (n,)
+        Which of them show, see `exposed_elements`.
     """
     elements, H = lit.elements, irradiance
-    exposed = lit.transport.row_sums() > EXPOSED
     shown = _sums(elements.patch, np.where(exposed, elements.area, 0), H, len(patches.area))
     at = group[patches.touch_corner]
     around = _sums(at, np.ones(len(at)), shown[patches.touch_patch], int(np.max(group, initial=-1)) + 1)

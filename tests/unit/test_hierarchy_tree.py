@@ -370,25 +370,27 @@ def shade(blocker, rays):
     occluders = scene_occluders(scene, mesh(scene))
     point, normal = np.array([(0.5, 0.5, 0.0)]), np.array([(0.0, 0.0, 1.0)])
     one = np.zeros(1, int)
-    return visible_share(point, normal, one, one, np.array([rays]), targets, occluders)
+    return visible_share(point, normal, one, one, np.array([rays]), one, targets, occluders)
 
 
 @pytest.mark.parametrize(
-    ("blocker", "expected", "within", "cast"),
+    ("blocker", "expected", "within", "middle", "cast"),
     [
-        ([(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], 0.0, 0.0, 8),
-        ([(3, 0, 1), (4, 0, 1), (4, 1, 1), (3, 1, 1)], 1.0, 0.0, 8),
-        ([(0.5, 0, 1), (1, 0, 1), (1, 1, 1), (0.5, 1, 1)], 0.5, 0.02, 256),
+        ([(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], 0.0, 0.0, 0.0, 8),
+        ([(3, 0, 1), (4, 0, 1), (4, 1, 1), (3, 1, 1)], 1.0, 0.0, 0.5, 8),
+        ([(0.5, 0, 1), (1, 0, 1), (1, 1, 1), (0.5, 1, 1)], 0.5, 0.02, 0.254, 256),
     ],
 )
-def test_a_blocker_takes_its_share(blocker, expected, within, cast):
-    share, brought, rays = shade(blocker, 256)
-    assert share[0] == pytest.approx(expected, abs=within)
+def test_a_blocker_takes_its_share(blocker, expected, within, middle, cast):
+    seen = shade(blocker, 256)
+    assert seen.share[0] == pytest.approx(expected, abs=within)
+    # Of a square half hidden, the light comes from the middle of the other half.
+    assert seen.middle[0, 0] == pytest.approx(middle, abs=0.1 if cast == 8 else 0.01)
     # The square itself is exactly known: over pi, what is brought is its form factor, of what is seen of it.
     whole = near_form_factors(np.array([(0.5, 0.5, 0.0)]), np.array([(0.0, 0.0, 1.0)]), SQUARE)[0]
-    assert brought[0] / np.pi == pytest.approx(share[0] * whole, rel=0.15)
+    assert seen.brought[0] / np.pi == pytest.approx(seen.share[0] * whole, rel=0.15)
     # Where the first rays agree, no more are cast.
-    assert rays == cast
+    assert seen.cast == cast
 
 
 def test_a_receiver_at_an_edge_takes_the_exact_kernel_for_what_it_nearly_touches():
