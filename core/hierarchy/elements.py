@@ -27,8 +27,8 @@ _CONTACT_DEPTH = 2
 # ... and how large it has to be for that, as a share of the largest element: blades of grass stand on nothing.
 _CONTACT = 1 / 16
 _LIFT = 0.02
-# Elements smaller than this share of the largest are fine enough, whatever hangs over them; how high and from where that is looked
-# for, as shares of their size and of the way from the corners.
+# Elements with less than this share of the largest one's area are fine enough, whatever hangs over them; how high and
+# from where that is looked for, as shares of their size and of the way from the corners.
 _WORTH_HALVING, _HEIGHT, _INWARDS = 0.25, 2.0, 0.1
 # No more elements than this many times the patches, whatever the lamps; but so many may always be.
 _MOST, _FEW = 4, 4000

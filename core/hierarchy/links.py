@@ -18,10 +18,10 @@ from .vectors import dots
 # A cluster of several walls shines into each direction with its mean. It may if this many times what its parts differ
 # by is no more than other errors.
 _UNEVENLY = 2.0
-# What carries this many times less than would be opened may be as near as its radius over this, whatever the angle. A
-# receiver at its edge is as near as its radius: of that it sees much, however little its middle says.
+# What carries this many times less than would be opened may be as near as this share of its radius, whatever the angle:
+# of what a receiver nearly touches it sees much, however little its middle says.
 _DIM = 4.0
-_WIDEST = 0.9
+_NEAREST = 0.5
 # Receivers of a group are nearer to a node than its middle is, down to this share of that distance.
 _WITHIN = 0.3
 # A wide cluster may be as near as its radius over this, at any quality: its nearest and its farthest parts are seen by
@@ -86,16 +86,16 @@ def find_links(
     g, s = groups, np.zeros(len(groups), np.int64)
     found: list[tuple[Int, Int, Float, NDArray[np.bool_]]] = []
     while len(g):
-        seen, form_factor, radius = _look(receivers, g, sources, s)
-        g, s, form_factor, radius = g[seen], s[seen], form_factor[seen], radius[seen]
+        seen, form_factor, radius, apart = _look(receivers, g, sources, s)
+        g, s, form_factor, radius, apart = g[seen], s[seen], form_factor[seen], radius[seen], apart[seen]
         leaf = tree.child[s] < 0
         carried = form_factor * brightness[s] if need is None else form_factor * brightness[s] * need[g]
         # A curved cluster's points are centroids, not Gauss's: as good as those of a flat one twice as large.
         ratio = np.where(sources.flat[s], radius, 2 * radius)
         missed = carried * np.minimum(ratio, 1) ** 2
-        fine = (missed < error) & ((ratio < angle) | ((ratio < _WIDEST) & (_DIM * missed < error)))
+        fine = (missed < error) & ((ratio < angle) | (apart & (_DIM * missed < error)))
         # A wide one is told by rays alone, whatever the angle; all that it carries counts as missed.
-        ample = (carried < error) & ((radius < _WIDE) | ((radius < _WIDEST) & (_FAINT * carried < error)))
+        ample = (carried < error) & ((radius < _WIDE) | (apart & (_FAINT * carried < error)))
         fine = np.where(sources.wide[s], ample, fine)
         if uneven is not None:
             fine &= sources.flat[s] | (_UNEVENLY * uneven[s] * carried < error)
@@ -114,8 +114,22 @@ def unevenness(sources: Sources, brightness: Float) -> Float:
     return uneven
 
 
-def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArray[np.bool_], Float, Float]:
-    """Return which pairs see each other at all, their form factor's estimate and the node's radius over distance."""
+def _look(
+    receivers: Receivers, g: Int, sources: Sources, s: Int
+) -> tuple[NDArray[np.bool_], Float, Float, NDArray[np.bool_]]:
+    """Return what pairs see of each other.
+
+    Returns
+    -------
+    seen : ndarray of shape (k,)
+        Which see each other at all.
+    form_factor : ndarray of shape (k,)
+        An estimate.
+    ratio : ndarray of shape (k,)
+        The node's radius over its distance.
+    apart : ndarray of shape (k,)
+        Whether no end of the node is very near.
+    """
     axis, normal = receivers.axis[g], sources.normal[s]
     half, spread = sources.half[s], receivers.radius[g]
     apart = sources.middle[s] - receivers.centre[g]
@@ -139,10 +153,11 @@ def _look(receivers: Receivers, g: Int, sources: Sources, s: Int) -> tuple[NDArr
     shown = np.where(flat, facing, shown_area(sources, s, -to / length[:, None]))
     form_factor = shown * np.minimum(above / length, 1) / np.maximum(np.pi * distance * distance + shown, 1e-300)
     # A node of no compact shape, such as all that something stands on, is as near as its nearest end.
-    gap = np.maximum(np.abs(apart) - half, 0)
-    reached = np.minimum(length, np.sqrt((gap * gap).sum(axis=1)) + sources.radius[s])
+    gaps = np.maximum(np.abs(apart) - half, 0)
+    gap = np.sqrt(dots(gaps, gaps))
+    reached = np.minimum(length, gap + sources.radius[s])
     near = np.maximum(reached - spread, 1e-3 * sources.radius[s] + 1e-300)
-    return seen, form_factor, sources.radius[s] / near
+    return seen, form_factor, sources.radius[s] / near, gap - spread > _NEAREST * sources.radius[s]
 
 
 def _rather(height: Float, reach: Float) -> Float:

@@ -64,8 +64,8 @@ QUALITIES = {
         samples=3_000,
         corners=6_000,
         direct=Detail(0.7, 0.02, 0.05, 4),
-        solve=Detail(1.0, 0.02, 0.03, 4),
-        gather=Detail(0.8, 0.02, 0.03, 8),
+        solve=Detail(1.0, 0.008, 0.03, 4),
+        gather=Detail(0.8, 0.008, 0.03, 8),
     ),
     "medium": Quality(
         split=1e-4,
@@ -73,8 +73,8 @@ QUALITIES = {
         samples=7_000,
         corners=12_000,
         direct=Detail(0.6, 0.01, 0.02, 8),
-        solve=Detail(0.8, 0.001, 0.015, 8),
-        gather=Detail(0.7, 0.0012, 0.006, 32),
+        solve=Detail(0.6, 0.001, 0.015, 8),
+        gather=Detail(0.5, 0.0012, 0.006, 32),
     ),
     "high": Quality(
         split=3e-5,
@@ -82,8 +82,8 @@ QUALITIES = {
         samples=14_000,
         corners=30_000,
         direct=Detail(0.5, 0.004, 0.01, 16),
-        solve=Detail(0.45, 0.0015, 0.006, 16),
-        gather=Detail(0.4, 0.0015, 0.005, 32),
+        solve=Detail(0.5, 0.0005, 0.008, 16),
+        gather=Detail(0.4, 0.0006, 0.004, 32),
     ),
     "production": Quality(
         split=1e-5,
@@ -91,7 +91,7 @@ QUALITIES = {
         samples=28_000,
         corners=80_000,
         direct=Detail(0.35, 0.001, 0.004, 32),
-        solve=Detail(0.25, 0.0002, 0.002, 32),
-        gather=Detail(0.3, 0.0005, 0.002, 64),
+        solve=Detail(0.35, 0.0002, 0.002, 32),
+        gather=Detail(0.3, 0.0003, 0.002, 64),
     ),
 }

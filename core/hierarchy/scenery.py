@@ -14,6 +14,8 @@ from .tree import Float
 
 # Stops of brightness, about a typical one, that clusters are told apart by.
 _DARKEST, _BRIGHTEST = -5.0, 15.0
+# Of a typical irradiance: what is darker is not lit at all.
+_UNLIT = 4e-3
 # Of a typical irradiance: where nothing shines, rays go anywhere.
 _FAINT = 0.01
 
@@ -43,7 +45,9 @@ class Scenery:
     occluders: Surroundings
 
 
-def build_scenery(elements: Elements, radiosity: Float, typical: float, occluders: Surroundings) -> Scenery:
+def build_scenery(
+    elements: Elements, radiosity: Float, typical: float, occluders: Surroundings, known: Float | None = None
+) -> Scenery:
     """Cluster elements by where they are and how bright they may be.
 
     Parameters
@@ -54,13 +58,18 @@ def build_scenery(elements: Elements, radiosity: Float, typical: float, occluder
     typical : float
         Irradiance that errors are judged by [W/m^2].
     occluders : Surroundings
+    known : ndarray of shape (n, 3), optional
+        What of it is no guess: what is alike in that is clustered. Rooms that no lamp shines into stay for themselves.
 
     Returns
     -------
     Scenery
     """
     bright = radiosity.mean(axis=1) / typical
-    shade = np.clip(np.log2(np.maximum(bright, 2.0**_DARKEST)), _DARKEST, _BRIGHTEST)
+    told = bright if known is None else known.mean(axis=1) / typical
+    shade = np.clip(np.log2(np.maximum(told, 2.0**_DARKEST)), _DARKEST, _BRIGHTEST)
+    # Next to nothing is what a rough solution leaves in rooms that no light reaches: those stay for themselves.
+    shade[told < _UNLIT] = 2 * _DARKEST
     sources = build_sources(elements.corners, elements.centre, elements.normal, elements.area, shade)
     return _scenery(sources, elements, bright, occluders)
 

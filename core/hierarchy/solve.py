@@ -124,7 +124,8 @@ def solve(
     look = yield from first_look(elements, some, H0, occluders, quality, workers)
     # A few samples tell where the light is, and the links are made for that.
     guess, typical = ambient_guess(elements, H0, look)
-    scenery = build_scenery(elements, guess, typical, occluders)
+    known = elements.emission + elements.reflectance * (H0 + look.irradiance())
+    scenery = build_scenery(elements, guess, typical, occluders, known)
     some = choose_samples(elements, occluders, _FEW, around)
     steps = _bounces(some, scenery, look, H0, guess, _COARSE, workers, iterations, _COARSELY)
     roughly, rough = yield from _renamed(steps, FIRST_LOOK)

@@ -21,8 +21,8 @@ from .vectors import dots
 _FLAT = 1e-6
 # What a curved cluster's quadrature points stand for may bend by this sine; others are told by the area that they show.
 _BEND = 0.35
-# Max(x, 0) on [-1, 1] to second order: 3/32 + x/2 + 15/32 x^2.
-_SHOWN = (3 / 32, 1 / 2, 15 / 32)
+# (1 + x)^2 / 4 is as much as max(x, 0) or more, so that a bright part that faces an observer shows whatever else there is.
+_SHOWN = (1 / 4, 1 / 2, 1 / 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +150,7 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
 
 
 def shown_area(sources: Sources, node: Int, way: Float) -> Float:
-    """Return the area that nodes show to observers, shadows of their own parts aside.
+    """Return the area that nodes show to observers, rather high, shadows of their own parts aside.
 
     Parameters
     ----------
