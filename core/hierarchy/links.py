@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .receivers import Receivers
-from .sources import Sources, shown_area
+from .sources import Sources, most_shown_area
 from .tree import Float, Int
 from .vectors import dots
 
@@ -150,7 +150,7 @@ def _look(
     distance = np.maximum(length - spread, _WITHIN * length)
     above = _rather(dots(axis, to), sources.radius[s] + receivers.depth[g] + receivers.cone[g] * length)
     facing = sources.area[s] * _rather(before, aside) / length
-    shown = np.where(flat, facing, shown_area(sources, s, -to / length[:, None]))
+    shown = np.where(flat, facing, most_shown_area(sources, s, -to / length[:, None]))
     form_factor = shown * np.minimum(above / length, 1) / np.maximum(np.pi * distance * distance + shown, 1e-300)
     # A node of no compact shape, such as all that something stands on, is as near as its nearest end.
     gaps = np.maximum(np.abs(apart) - half, 0)

@@ -21,8 +21,12 @@ from .vectors import dots
 _FLAT = 1e-6
 # What a curved cluster's quadrature points stand for may bend by this sine; others are told by the area that they show.
 _BEND = 0.35
-# (1 + x)^2 / 4 is as much as max(x, 0) or more, so that a bright part that faces an observer shows whatever else there is.
-_SHOWN = (1 / 4, 1 / 2, 1 / 4)
+# Max(x, 0) on [-1, 1] to second order: 3/32 + x/2 + 15/32 x^2.
+_SHOWN = (3 / 32, 1 / 2, 15 / 32)
+# (1 + x)^2 / 4 is never below it: a bright part that faces an observer shows, whatever else there is.
+_MOST_SHOWN = (1 / 4, 1 / 2, 1 / 4)
+# Of that, what shows at least: the other may vanish where most of a node faces away.
+_LEAST_SHOWN = 1 / 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +154,7 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
 
 
 def shown_area(sources: Sources, node: Int, way: Float) -> Float:
-    """Return the area that nodes show to observers, rather high, shadows of their own parts aside.
+    """Return the area that nodes show to observers, shadows of their own parts aside.
 
     Parameters
     ----------
@@ -164,12 +168,28 @@ def shown_area(sources: Sources, node: Int, way: Float) -> Float:
     ndarray of shape (k,)
         [m^2].
     """
+    parts = _shown_parts(sources, node, way)
+    shown: Float = np.maximum(_series(_SHOWN, parts), _LEAST_SHOWN * _series(_MOST_SHOWN, parts))
+    return shown
+
+
+def most_shown_area(sources: Sources, node: Int, way: Float) -> Float:
+    """Return an area that nodes certainly do not exceed, otherwise as `shown_area`."""
+    return _series(_MOST_SHOWN, _shown_parts(sources, node, way))
+
+
+def _shown_parts(sources: Sources, node: Int, way: Float) -> tuple[Float, Float, Float]:
+    """Return the sums over the elements of their area times 1, the cosine to an observer, and its square."""
     x, y, z = way.T
     xx, yy, zz, xy, yz, zx = sources.spread[node].T
     even = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + yz * y * z + zx * z * x)
-    odd = dots(sources.total[node], way)
-    shown: Float = np.maximum(_SHOWN[0] * sources.area[node] + _SHOWN[1] * odd + _SHOWN[2] * even, 0)
-    return shown
+    return sources.area[node], dots(sources.total[node], way), even
+
+
+def _series(factors: tuple[float, float, float], parts: tuple[Float, Float, Float]) -> Float:
+    """Return a polynomial of the cosines, summed over the elements, not negative."""
+    total: Float = np.maximum(sum(factor * part for factor, part in zip(factors, parts, strict=True)), 0)
+    return total
 
 
 def _grandchildren(tree: Tree, nodes: Int) -> tuple[Int, Float]:
