@@ -13,6 +13,7 @@ import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray
 from .cutting import lattice
+from .runs import counted
 
 INSIDE = -1
 
@@ -131,8 +132,7 @@ def anchored(pattern: Pattern) -> Cells:
         Piece after piece.
     """
     counts = pattern.cells
-    piece = np.repeat(np.arange(len(counts)), counts)
-    local = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+    piece, local = counted(counts)
     rows, columns, similar = pattern.rows[piece], pattern.columns[piece], pattern.similar[piece]
     side, step = np.zeros((len(piece), 4), np.int64), np.zeros((len(piece), 4), np.int64)
     weight = np.zeros((len(piece), 4, 4))

@@ -7,6 +7,7 @@ import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray
 from .grids import Grid
+from .runs import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +46,7 @@ def cut(pieces: Grid) -> Cut:
         Patches counter-clockwise as seen from the front.
     """
     counts = pieces.counts
-    piece = np.repeat(np.arange(len(counts)), counts)
-    local = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+    piece, local = counted(counts)
     rows, columns, similar, fan = pieces.rows[piece], pieces.columns[piece], pieces.similar[piece], pieces.fan[piece]
     # Everything relative to the piece's first corner: far from the origin that keeps the digits.
     arms = pieces.points[:, 1:] - pieces.points[:, :1]

@@ -7,6 +7,7 @@ import numpy as np
 
 from .arrays import BoolArray, IntArray
 from .grids import edge_parts, fewest_parts, longest_edges
+from .runs import counted
 from .scene import Scene
 from .triangulation import Pieces
 
@@ -103,9 +104,3 @@ def edge_cuts(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: in
     outer[found[: len(scene.corner_vertex)]] = True
     first = base + np.cumsum(parts - 1) - (parts - 1)
     return EdgeCuts(np.where(swap, high, low), np.where(swap, low, high), parts, first, outer, key, base)
-
-
-def counted(count: IntArray) -> tuple[IntArray, IntArray]:
-    """Return for each of some items in a row the group that it belongs to, and its number in that."""
-    owner = np.repeat(np.arange(len(count)), count)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)

@@ -19,6 +19,7 @@ from .errors import RadiosityError
 from .exact.convex_parts import plane_axes
 from .form_factors import points_to_polygons
 from .lambert import cross
+from .runs import counted
 
 # Right, up and forward of the five faces, in a frame whose third axis is the normal; side faces are their upper half.
 FACES = np.array(
@@ -184,7 +185,6 @@ def _fragments(polygon: IntArray, bounds: IntArray) -> tuple[IntArray, IntArray,
     """Return every pixel within every polygon's bounds: polygon, column and row."""
     width = np.maximum(bounds[1] - bounds[0] + 1, 0)
     count = width * np.maximum(bounds[3] - bounds[2] + 1, 0)
-    which = np.repeat(np.arange(len(polygon)), count)
-    place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    which, place = counted(count)
     row, column = np.divmod(place, np.maximum(width, 1)[which])
     return polygon[which], column + bounds[0][which], row + bounds[2][which]

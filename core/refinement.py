@@ -17,9 +17,10 @@ import numpy as np
 
 from .anchoring import INSIDE, Cells, Pattern, anchored, quad_pattern, triangle_patterns
 from .arrays import BoolArray, FloatArray, IntArray
-from .edge_cuts import EdgeCuts, counted, edge_cuts
+from .edge_cuts import EdgeCuts, edge_cuts
 from .errors import RadiosityError
 from .grids import PATCH_LIMIT
+from .runs import counted
 from .scene import Scene
 from .triangulation import pieces
 

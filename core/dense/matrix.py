@@ -2,12 +2,10 @@
 """The whole matrix of form factors, a strip of rows at a time and several strips at once (T13, T15)."""
 
 import os
-from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from collections.abc import Generator
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
@@ -19,13 +17,12 @@ from ..occlusion.surfaces import Occluding
 from ..progress import Progress
 from ..transport import MOST_SENT, DenseTransport, inverse, limited
 from ..visibility import Occluders
+from ..workers import in_order
 from .blocks import block
 from .exchange import Exchange, exchange
 from .hemicube_rows import Views, hemicube_rows, hemicube_views
 from .shafts import GROUP_SIZE
 
-S = TypeVar("S")
-R = TypeVar("R")
 # Patches j and A_i F_ij to each, then the number of segments tested for visibility.
 Strip = tuple[list[tuple[IntArray, SingleArray]], int]
 
@@ -87,7 +84,7 @@ def _by_blocks(x: Exchange, workers: Executor) -> Generator[Progress, None, Dens
     matrix, sums = np.zeros((n, n), dtype=np.float32), np.zeros(n)
     over_area = inverse(x.patches.area)
     done = links = rays = 0
-    strips = _in_order(workers, partial(_strip, x), range(len(x.groups)))
+    strips = in_order(workers, partial(_strip, x), range(len(x.groups)), _ahead())
     for i, (strip, segments) in zip(x.groups, strips, strict=True):
         rays += segments
         for j, between in strip:
@@ -112,7 +109,7 @@ def _by_hemicubes(views: Views, workers: Executor) -> Generator[Progress, None, 
     matrix = np.zeros((n, n), dtype=np.float32)
     groups = [np.arange(first, min(first + HEMICUBES, n)) for first in range(0, n, HEMICUBES)]
     links = 0
-    for members, rows in zip(groups, _in_order(workers, partial(hemicube_rows, views), groups), strict=True):
+    for members, rows in zip(groups, in_order(workers, partial(hemicube_rows, views), groups, _ahead()), strict=True):
         matrix[members] = rows
         links += int(np.count_nonzero(rows))
         yield Progress(STAGE, (int(members[-1]) + 1) / n)
@@ -131,21 +128,9 @@ def _strip(x: Exchange, first: int) -> Strip:
     return blocks, rays
 
 
-def _in_order(workers: Executor, compute: Callable[[S], R], items: Iterable[S]) -> Iterator[R]:
-    """Compute something of every item, a few at a time ahead, and yield the results in order."""
-    ahead: deque[Future[R]] = deque()
-    most = 2 * (os.cpu_count() or 1)
-    try:
-        for item in items:
-            ahead.append(workers.submit(compute, item))
-            if len(ahead) > most:
-                yield ahead.popleft().result()
-        while ahead:
-            yield ahead.popleft().result()
-    finally:
-        # Closed early: what has not begun need not be done.
-        for future in ahead:
-            future.cancel()
+def _ahead() -> int:
+    """Return how many parts are computed ahead: enough that no worker waits."""
+    return 2 * (os.cpu_count() or 1)
 
 
 def _check_memory(n: int) -> None:

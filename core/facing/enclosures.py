@@ -7,6 +7,7 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..lighting.lamps import SkyLamp, SunLamp
+from ..runs import counted
 from ..scene import Scene
 from .orientation import Orientation
 
@@ -70,9 +71,8 @@ def enclosure(scene: Scene, faces: IntArray, shape: Orientation, starts: FloatAr
 def _triangles(scene: Scene, faces: IntArray, shape: Orientation) -> FloatArray:
     """Return fans over faces, all turned the same way, shape (t, 3, 3) [m]; where one folds, its signs cancel."""
     start, size = scene.face_start[faces], np.diff(scene.face_start)[faces]
-    owner = np.repeat(np.arange(len(faces)), np.maximum(size - 2, 0))
-    count = np.bincount(owner, minlength=len(faces))
-    step = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + 1
+    owner, step = counted(np.maximum(size - 2, 0))
+    step = step + 1
     corner = start[owner, None] + np.stack([np.zeros_like(step), step, step + 1], axis=1)
     back = shape.turned[faces][owner]
     corner[back] = corner[back][:, ::-1]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..progress import Progress
+from ..runs import counted
 from ..scene import Scene
 from ..shading import shown_face_normals, shown_normals, smooth_groups
 from ..visibility import Occluders
@@ -162,14 +163,14 @@ def final_gather(
         ROUNDS if few else _SPARSE_ROUNDS,
     )
     _uncover(light, covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
-    meetings = find_meetings(glance.sights, scene, corners, elements, patches)
+    close = beside(glance.sights, corners.point, elements)
+    meetings = find_meetings(glance.sights.pick(close), scene, corners, elements, patches)
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
     if len(meetings.owner):
         more = yield from glances(meetings.aside, lit, shown, np.ones(len(meetings.owner)), quality, workers)
         aside = (_straight(more, meetings.aside, direct, sky) + more.others)[:, :3]
         links, rays, seen = links + more.links, rays + more.rays, more.sights
-    away = ~beside(glance.sights, corners.point, elements)
-    slopes = find_slopes(glance.sights.pick(away), scene, corners, elements, patches)
+    slopes = find_slopes(glance.sights.pick(~close), scene, corners, elements, patches)
     light[:, :3] = exchange(light[:, :3], meetings, slopes, aside, seen, elements, radiosity)
     return light[:, :3], light[:, 3:], links, rays
 
@@ -230,8 +231,7 @@ def _uncover(
     begin = np.searchsorted(elements.patch, np.arange(len(patches.area) + 1))
     patch = patches.touch_patch[touching]
     count = begin[patch + 1] - begin[patch]
-    pair = np.repeat(np.arange(len(patch)), count)
-    element = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - begin[patch], count)
+    pair, element = counted(count, begin[patch])
     at = group[touching][pair]
     lit = exposed[element]
     at, element = at[lit], element[lit]

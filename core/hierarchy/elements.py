@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..occlusion.core_part import core_part
+from ..runs import counted
 from ..visibility import Occluders
 from .kernels import far_form_factors, near_form_factors
 from .links import find_links
@@ -24,8 +25,8 @@ from .tree import Float, Int
 _DEEPEST = 6
 # Splits where something stands on a patch, and how high above it that is looked for, as a share of its size.
 _CONTACT_DEPTH = 2
-# ... and how large it has to be for that, as a share of the largest element: blades of grass stand on nothing.
-_CONTACT = 1 / 16
+# ... and how large it has to be for that, as a share of the largest element's area: blades of grass stand on nothing.
+_CONTACT = 1 / 256
 _LIFT = 0.02
 # Elements with less than this share of the largest one's area are fine enough, whatever hangs over them; how high and
 # from where that is looked for, as shares of their size and of the way from the corners.
@@ -101,7 +102,7 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
             misplaced = 3 * reflected[patch] * _spread(corners, patches, lit) * area
             urgency = np.maximum(urgency, misplaced / (tolerance * power))
         if len(patch) and depth < _CONTACT_DEPTH:
-            large = np.flatnonzero(extent > _CONTACT**2)
+            large = np.flatnonzero(extent > _CONTACT)
             urgency[large[_stood_on(corners[large], occluders)]] = np.inf
         large = np.flatnonzero((extent > _WORTH_HALVING) & (urgency <= 1))
         urgency[large[_hung_over(corners[large], occluders)]] = 2.0
@@ -145,14 +146,12 @@ def _spread(corners: Float, patches: Patches, lit: Int) -> Float:
     power = sources.tree.sums((patches.area[lit] * shining)[:, None])[:, 0]
     # Quarters and the whole: a lamp may hang right below the middle.
     parts = np.concatenate((quarters(corners), corners))
-    vector: Float = np.cross(parts[:, 2] - parts[:, 0], parts[:, 3] - parts[:, 1])
-    normal = vector / np.maximum(np.sqrt((vector * vector).sum(axis=1)), 1e-300)[:, None]
+    normal, _ = _flat_measures(parts)
     receivers = group_receivers(centres(parts), normal)
     one = np.ones(len(power))
     links = find_links(receivers, np.arange(len(receivers)), sources, one, angle=0.7, error=np.inf)
     count = np.diff(receivers.first)[links.group]
-    pair = np.repeat(np.arange(len(count)), count)
-    receiver = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - receivers.first[links.group], count)
+    pair, receiver = counted(count, receivers.first[links.group])
     factors = np.zeros(len(pair))
     near, node = links.near[pair], links.node[pair]
     for where, exact in ((np.flatnonzero(near), True), (np.flatnonzero(~near), False)):
@@ -173,9 +172,8 @@ def _stood_on(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
     """Return on which elements something stands between the middle and a quarter's middle, shape (n,)."""
     middle = centres(corners)
     around = centres(quarters(corners))
-    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    size = np.sqrt(np.sqrt((vector * vector).sum(axis=1)))
-    lift = _LIFT * vector / np.maximum(size, 1e-300)[:, None]
+    normal, area = _flat_measures(corners)
+    lift = _LIFT * np.sqrt(area)[:, None] * normal
     between = occluders.blocked(np.repeat(middle + lift, 4, axis=0), around + np.repeat(lift, 4, axis=0))
     stood: NDArray[np.bool_] = between.reshape(-1, 4).any(axis=1)
     return stood
@@ -184,19 +182,23 @@ def _stood_on(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
 def _hung_over(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
     """Return over which elements something hangs that ends within them, and not high, shape (n,)."""
     around = (corners + _INWARDS * (centres(corners)[:, None] - corners)).reshape(-1, 3)
-    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    size = np.sqrt(np.sqrt((vector * vector).sum(axis=1)))
-    up = np.repeat(vector / np.maximum(size, 1e-300)[:, None], 4, axis=0)
+    normal, area = _flat_measures(corners)
+    up = np.repeat(np.sqrt(area)[:, None] * normal, 4, axis=0)
     under = occluders.blocked(around + _LIFT * up, around + _HEIGHT * up).reshape(-1, 4)
     hung: NDArray[np.bool_] = under.any(axis=1) & ~under.all(axis=1)
     return hung
 
 
+def _flat_measures(corners: Float) -> tuple[Float, Float]:
+    """Return unit normals, shape (n, 3), and areas as seen along them, shape (n,) [m^2]."""
+    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    area: Float = np.sqrt((vector * vector).sum(axis=1))
+    return vector / np.maximum(area, 1e-300)[:, None], area
+
+
 def _measured(corners: Float, patch: Int, patches: Patches) -> Elements:
     """Return elements with their measures; one that is a whole patch keeps the patch's own."""
-    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    area = np.sqrt((vector * vector).sum(axis=1))
-    normal = vector / np.maximum(area, 1e-300)[:, None]
+    normal, area = _flat_measures(corners)
     whole = np.bincount(patch, minlength=len(patches.area))[patch] == 1
     area[whole], normal[whole] = patches.area[patch[whole]], patches.normal[patch[whole]]
     return Elements(corners, centres(corners), normal, area, patch, *patches.surface(corners, patch))

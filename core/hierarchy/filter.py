@@ -66,9 +66,8 @@ def smoothed(
 
 def _edges(scene: Scene, group: Int) -> tuple[Int, Int]:
     """Return the pairs of receivers that edges join, each once."""
-    following = np.arange(1, len(group) + 1)
-    following[scene.face_start[1:] - 1] = scene.face_start[:-1]
-    low, high = np.minimum(group, group[following]), np.maximum(group, group[following])
+    other = group[scene.following_corner]
+    low, high = np.minimum(group, other), np.maximum(group, other)
     size = int(np.max(group, initial=0)) + 1
     key = np.unique(low[low != high] * size + high[low != high])
     return key // size, key % size

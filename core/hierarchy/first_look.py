@@ -116,12 +116,14 @@ def first_look(
     return Look(elements, samples, shining, emission, scenery, receivers, rows, everywhere)
 
 
-def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float, float]:
+def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float, Float, float]:
     """Guess what is bright: direct light and an even share of the rest, as shooting displays it.
 
     Returns
     -------
     radiosity : ndarray of shape (n, 3)
+    known : ndarray of shape (n, 3)
+        What of it is no guess [W/m^2].
     typical : float
         Irradiance [W/m^2].
     """
@@ -129,7 +131,8 @@ def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float,
     first = direct + look.irradiance()
     grey = min(float((A * rho).mean() / A.mean()), _MOST_AMBIENT)
     ambient = (A * (rho * first + E - look.emission)).sum(axis=0) / A.sum() / (1 - grey)
-    return E + rho * (first + ambient), typical_irradiance(elements, first + ambient) or look.typical
+    typical = typical_irradiance(elements, first + ambient) or look.typical
+    return E + rho * (first + ambient), E + rho * first, typical
 
 
 def typical_irradiance(elements: Elements, irradiance: Float, seen: Float | None = None) -> float:

@@ -123,7 +123,7 @@ def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elem
     Parameters
     ----------
     sights : Sights
-        What the receivers see much of.
+        Of elements that the receivers stand beside.
     scene : Scene
     corners : Corners
         Its receivers.
@@ -134,7 +134,6 @@ def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elem
     -------
     Meetings
     """
-    sights = sights.pick(beside(sights, corners.point, elements))
     known = neighbours(scene, corners, patches)
     other = known.of(sights.receiver, elements.patch[sights.element])
     # Nobody meets himself: a face bent a little sees an end of its own.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..runs import counted
 from ..visibility import Occluders
 from .nearness import draw_near
 from .sources import Sources
@@ -204,8 +205,7 @@ def _sampled(
         Light of the samples that get through, of all, and, for large pairs, the first times where they are.
     cast : int
     """
-    pair = np.repeat(np.arange(len(node)), rays)
-    turn = np.arange(len(pair)) - np.repeat(np.cumsum(rays) - rays - done, rays)
+    pair, turn = counted(rays, done)
     origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
     light = np.zeros(len(pair))
     for first in range(0, len(pair), _BLOCK):

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rows of the transport: for each group of receivers the nodes it is lit by, with form factor times visible share."""
 
-from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..runs import counted
+from ..workers import in_order
 from .kernels import Single, far_form_factors, near_form_factors
 from .links import Links, find_links
 from .quality import Detail
@@ -110,8 +111,7 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
         need=need,
     )
     count = np.diff(receivers.first)[links.group]
-    pair = np.repeat(np.arange(len(count)), count)
-    receiver = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - receivers.first[links.group], count)
+    pair, receiver = counted(count, receivers.first[links.group])
     weight = _form_factors(receivers, receiver, links, pair, scenery)
     shining = np.flatnonzero(weight > 0)
     node = links.node[pair[shining]]
@@ -169,17 +169,11 @@ def stream_rows(
 
     Closing the iterator cancels what has not begun.
     """
-    ahead: deque[Future[Rows]] = deque()
-    try:
-        for part in tasks(receivers):
-            ahead.append(workers.submit(build_rows, receivers, part, scenery, detail, need))
-            if len(ahead) > _AHEAD:
-                yield ahead.popleft().result()
-        while ahead:
-            yield ahead.popleft().result()
-    finally:
-        for future in ahead:
-            future.cancel()
+
+    def compute(groups: Int) -> Rows:
+        return build_rows(receivers, groups, scenery, detail, need)
+
+    return in_order(workers, compute, tasks(receivers), _AHEAD)
 
 
 def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, scenery: Scenery) -> Single:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..meshing import Patches
+from ..runs import counted
 from ..scene import Scene
 from .elements import Elements
 from .glances import Corners
@@ -71,14 +72,11 @@ def find_slopes(sights: Sights, scene: Scene, corners: Corners, elements: Elemen
     # The corners of each element in question, side by side.
     patch = elements.patch[found]
     count = touching[patch]
-    pair = np.repeat(np.arange(len(found)), count)
-    touch = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count - first[patch], count)
+    pair, touch = counted(count, first[patch])
     corner = patches.touch_corner[order[touch]]
     gradient = _gradients(pair, scene.vertices[scene.corner_vertex[corner]], elements, found)
     # ... and again for each that sees it.
-    begin, seen = np.cumsum(count) - count, count[of]
-    sight = np.repeat(np.arange(len(of)), seen)
-    entry = np.arange(len(sight)) - np.repeat(np.cumsum(seen) - seen - begin[of], seen)
+    sight, entry = counted(count[of], (np.cumsum(count) - count)[of])
     along = (sights.place - elements.centre[sights.element])[sight]
     share = np.clip(dots(gradient[entry], along), -_FURTHEST, _FURTHEST) * sights.weight[sight]
     return Slopes(sights.receiver[sight], sights.element[sight], corners.group[corner[entry]], share)

@@ -123,8 +123,7 @@ def solve(
         H0 = some.spread(direct(elements.centre[some.element], elements.normal[some.element]))
     look = yield from first_look(elements, some, H0, occluders, quality, workers)
     # A few samples tell where the light is, and the links are made for that.
-    guess, typical = ambient_guess(elements, H0, look)
-    known = elements.emission + elements.reflectance * (H0 + look.irradiance())
+    guess, known, typical = ambient_guess(elements, H0, look)
     scenery = build_scenery(elements, guess, typical, occluders, known)
     some = choose_samples(elements, occluders, _FEW, around)
     steps = _bounces(some, scenery, look, H0, guess, _COARSE, workers, iterations, _COARSELY)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
+from ..runs import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,8 +208,7 @@ def fans(loops: Loops, chosen: BoolArray) -> tuple[IntArray, IntArray]:
     """
     size = np.diff(loops.start)
     count = np.where(chosen, (size - 1) // 2, 0)
-    loop = np.repeat(np.arange(len(size)), count)
-    turn = np.arange(len(loop)) - np.repeat(np.cumsum(count) - count, count)
+    loop, turn = counted(count)
     steps = np.stack([0 * turn, 2 * turn + 1, 2 * turn + 2, np.minimum(2 * turn + 3, size[loop] - 1)], axis=1)
     return loops.vertex[loops.start[loop][:, None] + steps], loop
 

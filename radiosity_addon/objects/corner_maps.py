@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...core.mending import FARTHEST
+from ...core.runs import counted
 from .meshes import LocalMesh, Topology
 
 if TYPE_CHECKING:
@@ -116,8 +117,8 @@ def _cut(before: Topology, after: Topology) -> IntArray | None:
     order = np.argsort(after.corner_vertex, kind="stable")
     at = np.searchsorted(after.corner_vertex[order], np.arange(count + 1))
     each = np.diff(at)[before.corner_vertex]
-    one = np.repeat(np.arange(len(face)), each)
-    other = order[at[before.corner_vertex[one]] + np.arange(len(one)) - np.repeat(np.cumsum(each) - each, each)]
+    one, place = counted(each, at[before.corner_vertex])
+    other = order[place]
     # Of those keep the ones whose neighbours along their face are vertices of the original face, too.
     inside = np.ones(len(one), dtype=bool)
     member = np.unique(face * count + before.corner_vertex)
