@@ -15,6 +15,7 @@ from ..scene import Scene
 from ..shading import shown_face_normals, shown_normals, smooth_groups
 from ..visibility import Occluders
 from .elements import Elements
+from .exposed import Shown
 from .filter import ROUNDS, smoothed
 from .first_look import typical_irradiance
 from .glances import COVERED, Corners, Glance, glances, sparse_glances
@@ -96,10 +97,7 @@ def final_gather(
     scene: Scene,
     corners: Corners,
     lit: Lit,
-    radiosity: Float,
-    irradiance: Float,
-    first: Float,
-    exposed: NDArray[np.bool_],
+    shown: Shown,
     patches: Patches,
     quality: Quality,
     workers: Executor,
@@ -116,12 +114,8 @@ def final_gather(
         Its corners.
     lit : Lit
         What was solved.
-    radiosity, irradiance : ndarray of shape (n, 3)
-        That the elements show [W/m^2].
-    first : ndarray of shape (n, 3)
-        The part of the irradiance that comes straight from what emits, and from lamps [W/m^2].
-    exposed : ndarray of shape (n,)
-        Elements that nothing stands on.
+    shown : Shown
+        What the elements show of that.
     patches : Patches
     quality : Quality
     workers : concurrent.futures.Executor
@@ -138,20 +132,20 @@ def final_gather(
         At the receivers of `corners`: all of it, and that part [W/m^2].
     links, rays : int
     """
-    elements = lit.elements
+    elements, radiosity, irradiance = lit.elements, shown.radiosity, shown.irradiance
     # What shows of elements that something stands on is as bright as what is around them.
     typical = typical_irradiance(elements, irradiance, lit.transport.row_sums())
     if typical > 0:
         lit = replace(lit, scenery=relit(lit.scenery, elements, radiosity, typical))
     # Beside the radiosity what is emitted.
-    shown = np.column_stack((radiosity, elements.emission))
+    sent = np.column_stack((radiosity, elements.emission))
     need = _need(corners, patches, elements, irradiance, typical)
     few = len(corners.point) <= quality.corners
     if few:
-        glance = yield from glances(corners, lit, shown, need, quality, workers)
+        glance = yield from glances(corners, lit, sent, need, quality, workers)
     else:
         edge = at_edges(scene, corners)
-        glance = yield from sparse_glances(corners, lit, shown, need, quality, workers, edge, sky)
+        glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, edge, sky)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     lamps = _straight(glance, corners, direct, sky if few else None)
     light = lamps + smoothed(
@@ -162,12 +156,12 @@ def final_gather(
         covered,
         ROUNDS if few else _SPARSE_ROUNDS,
     )
-    _uncover(light, covered, corners, elements, np.column_stack((irradiance, first)), exposed, patches)
+    _uncover(light, covered, corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     close = beside(glance.sights, corners.point, elements)
     meetings = find_meetings(glance.sights.pick(close), scene, corners, elements, patches)
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
     if len(meetings.owner):
-        more = yield from glances(meetings.aside, lit, shown, np.ones(len(meetings.owner)), quality, workers)
+        more = yield from glances(meetings.aside, lit, sent, np.ones(len(meetings.owner)), quality, workers)
         aside = (_straight(more, meetings.aside, direct, sky) + more.others)[:, :3]
         links, rays, seen = links + more.links, rays + more.rays, more.sights
     slopes = find_slopes(glance.sights.pick(~close), scene, corners, elements, patches)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..gathering import gathering
 from ..meshing import Patches
@@ -25,13 +24,12 @@ from .first_look import Look, ambient_guess, first_look, typical_irradiance
 from .linking import STAGE as LINKS
 from .linking import hierarchical_transport
 from .neighbourhoods import find_neighbourhoods
-from .probes import points_shut_in
 from .quality import Detail, Quality
 from .receivers import DirectLight
 from .samples import Samples, choose_samples
 from .scenery import Scenery, build_scenery, relit
 from .transport import HierarchicalTransport
-from .tree import Float, Int
+from .tree import Float
 
 T = TypeVar("T")
 
@@ -40,8 +38,6 @@ _FEW, _COARSELY = 500, 1e-3
 _COARSE = Detail(1.5, 0.2, 0.2, 1)
 # Elements that look for lamps, at most, as a multiple of those that receive indirect light.
 _STRAIGHT = 8
-# Share of its surroundings that an element in a closed room has to see for not being hidden itself.
-EXPOSED = 0.3
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
 _CLOSER = 0.05
 
@@ -194,53 +190,6 @@ def _renamed(steps: Generator[Progress, None, T], stage: str) -> Generator[Progr
             yield Progress(stage, 1.0)
     finally:
         steps.close()
-
-
-def exposed_elements(lit: Lit) -> NDArray[np.bool_]:
-    """Return which elements show, shape (n,): they see enough of what is around them, or a way out."""
-    sums, elements = lit.transport.row_sums(), lit.elements
-    exposed: NDArray[np.bool_] = sums > EXPOSED
-    unsure = np.flatnonzero(~exposed)
-    point, normal = elements.centre[unsure], elements.normal[unsure]
-    exposed[unsure] = ~points_shut_in(point, normal, elements.corners, lit.scenery.occluders)
-    return exposed
-
-
-def exposed_irradiance(
-    lit: Lit, patches: Patches, group: Int, irradiance: Float, exposed: NDArray[np.bool_]
-) -> Float:
-    """Return the irradiance that elements show, shape (n, 3) [W/m^2].
-
-    An element whose middle is under something else may still reach out from below: what shows of it is lit as the rest
-    of its patch is, or as the patches beside that are.
-
-    Parameters
-    ----------
-    lit : Lit
-    patches : Patches
-    group : ndarray of shape (c,)
-        Smooth group of each mesh corner: what is beside what.
-    irradiance : ndarray of shape (n, 3)
-        What arrives at the elements, all of it or a part [W/m^2].
-    exposed : ndarray of shape (n,)
-        Which of them show, see `exposed_elements`.
-    """
-    elements, H = lit.elements, irradiance
-    shown = _sums(elements.patch, np.where(exposed, elements.area, 0), H, len(patches.area))
-    at = group[patches.touch_corner]
-    around = _sums(at, np.ones(len(at)), shown[patches.touch_patch], int(np.max(group, initial=-1)) + 1)
-    beside = _sums(patches.touch_patch, np.ones(len(at)), around[at], len(patches.area))
-    light = np.where(shown[:, 3:] > 0, shown, beside)
-    mean = light[:, :3] / np.maximum(light[:, 3:], 1e-300)
-    hidden = ~exposed & (light[elements.patch, 3] > 0)
-    return np.where(hidden[:, None], mean[elements.patch], H)
-
-
-def _sums(at: Int, weight: Float, values: Float, count: int) -> Float:
-    """Add up weighted values with three columns, and in a fourth the weights, or those that the values come with."""
-    last = values[:, 3] if values.shape[1] > 3 else np.ones(len(values))
-    columns = (*values[:, :3].T, last)
-    return np.stack([np.bincount(at, weight * column, count) for column in columns], axis=1)
 
 
 def patch_solution(lit: Lit, patches: Patches) -> Solution:

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What elements show to the corners around them: of those that something stands on, what is left beside it.
+
+An element whose middle is under something else may still reach out from below: what shows of it is lit as the rest of
+its patch is, or as the patches beside that are.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..meshing import Patches
+from .elements import Elements
+from .probes import points_shut_in
+from .solve import Lit
+from .tree import Float, Int
+
+# Share of its surroundings that an element in a closed room has to see for not being hidden itself.
+_EXPOSED = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Light that n elements show.
+
+    Attributes
+    ----------
+    exposed : ndarray of shape (n,)
+        Which see enough of what is around them, or a way out; the others are under something.
+    radiosity, irradiance : ndarray of shape (n, 3)
+        [W/m^2].
+    first : ndarray of shape (n, 3)
+        The part of the irradiance that comes straight from what emits, and from lamps [W/m^2].
+    """
+
+    exposed: NDArray[np.bool_]
+    radiosity: Float
+    irradiance: Float
+    first: Float
+
+
+def shown_light(lit: Lit, patches: Patches, group: Int) -> Shown:
+    """Tell what elements show.
+
+    Parameters
+    ----------
+    lit : Lit
+        What was solved.
+    patches : Patches
+    group : ndarray of shape (c,)
+        Smooth group of each mesh corner: what is beside what.
+
+    Returns
+    -------
+    Shown
+    """
+    elements, solution = lit.elements, lit.solution
+    exposed = _exposed_elements(lit)
+    straight = solution.irradiance if solution.direct is None else solution.direct
+    H, first = (
+        _exposed_irradiance(elements, patches, group, irradiance, exposed)
+        for irradiance in (solution.irradiance, straight)
+    )
+    return Shown(exposed, elements.emission + elements.reflectance * H, H, first)
+
+
+def _exposed_elements(lit: Lit) -> NDArray[np.bool_]:
+    """Return which elements show, shape (n,): they see enough of what is around them, or a way out."""
+    sums, elements = lit.transport.row_sums(), lit.elements
+    exposed: NDArray[np.bool_] = sums > _EXPOSED
+    unsure = np.flatnonzero(~exposed)
+    point, normal = elements.centre[unsure], elements.normal[unsure]
+    exposed[unsure] = ~points_shut_in(point, normal, elements.corners, lit.scenery.occluders)
+    return exposed
+
+
+def _exposed_irradiance(
+    elements: Elements, patches: Patches, group: Int, irradiance: Float, exposed: NDArray[np.bool_]
+) -> Float:
+    """Give what is hidden of each patch the light of the rest of it, or of what is beside, shape (n, 3) [W/m^2]."""
+    H = irradiance
+    shown = _sums(elements.patch, np.where(exposed, elements.area, 0), H, len(patches.area))
+    at = group[patches.touch_corner]
+    around = _sums(at, np.ones(len(at)), shown[patches.touch_patch], int(np.max(group, initial=-1)) + 1)
+    beside = _sums(patches.touch_patch, np.ones(len(at)), around[at], len(patches.area))
+    light = np.where(shown[:, 3:] > 0, shown, beside)
+    mean = light[:, :3] / np.maximum(light[:, 3:], 1e-300)
+    hidden = ~exposed & (light[elements.patch, 3] > 0)
+    return np.where(hidden[:, None], mean[elements.patch], H)
+
+
+def _sums(at: Int, weight: Float, values: Float, count: int) -> Float:
+    """Add up weighted values with three columns, and in a fourth the weights, or those that the values come with."""
+    last = values[:, 3] if values.shape[1] > 3 else np.ones(len(values))
+    columns = (*values[:, :3].T, last)
+    return np.stack([np.bincount(at, weight * column, count) for column in columns], axis=1)

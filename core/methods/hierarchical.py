@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From patches to light through the hierarchy of sources."""
+
+import os
+from collections.abc import Generator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..hierarchy.corners import COVERED, corner_receivers, final_gather
+from ..hierarchy.exposed import shown_light
+from ..hierarchy.quality import QUALITIES
+from ..hierarchy.solve import Lit, patch_solution, solve
+from ..lighting.lamps import SkyLamp, direct_light
+from ..meshing import Patches
+from ..progress import Progress
+from ..report import Energy, energy_balance
+from ..scene import Scene
+from ..settings import Settings
+from ..visibility import Surroundings
+from .clock import Clock
+from .solved import Solved
+
+
+def hierarchical(
+    scene: Scene, patches: Patches, settings: Settings, occluders: Surroundings, executor: Executor | None
+) -> Generator[Progress, None, Solved]:
+    """Solve through a hierarchy of sources and gather once more at the corners.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without sides that are left open.
+    patches : Patches
+        How it is meshed.
+    settings : Settings
+    occluders : Surroundings
+        What blocks.
+    executor : concurrent.futures.Executor or None
+        Who computes; a thread for each processor when None.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Solved
+    """
+    quality, clock = QUALITIES[settings.quality], Clock()
+    with ExitStack() as stack:
+        workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
+        lamps = partial(direct_light, scene, settings=settings, occluders=occluders, workers=workers)
+        rough = partial(lamps, rough=True) if scene.lamps else None
+        most, least = settings.iterations, settings.tolerance
+        steps = solve(patches, occluders, quality, workers, direct=rough, iterations=most, tolerance=least)
+        lit = yield from clock.watch(steps)
+
+        corners = corner_receivers(scene)
+        shown = shown_light(lit, patches, corners.group)
+        # The sky changes less from place to place than the light of other lamps.
+        near = [lamp for lamp in scene.lamps if not isinstance(lamp, SkyLamp)]
+        far = [lamp for lamp in scene.lamps if isinstance(lamp, SkyLamp)]
+        direct, sky = (partial(lamps, lamps=some) if some else None for some in (near, far))
+        gather = final_gather(scene, corners, lit, shown, patches, quality, workers, direct=direct, sky=sky)
+        H, first, links, rays = yield from clock.watch(gather)
+    return Solved(
+        solution=patch_solution(lit, patches),
+        corner_irradiance=H[corners.group],
+        corner_direct=first[corners.group],
+        row_sums=_row_sums(lit, patches),
+        energy=_energy(lit),
+        reciprocity=None,
+        links=lit.transport.links + links,
+        rays=lit.rays + rays,
+        seconds=_seconds(clock),
+    )
+
+
+def _row_sums(lit: Lit, patches: Patches) -> FloatArray:
+    """Return the means over the elements of each patch, shape (p,)."""
+    elements, sums = lit.elements, lit.transport.row_sums()
+    # Elements that something stands on see nothing: their rows tell nothing about the others.
+    sums = np.where(sums > COVERED, sums, np.nan)
+    share = elements.area / patches.area[elements.patch]
+    return np.bincount(elements.patch, share * sums, len(patches.area))
+
+
+def _seconds(clock: Clock) -> dict[str, float]:
+    """Return the times of the stages that all methods have, and of those within the first."""
+    spent, parts = clock.seconds, ("elements", "first look", "links")
+    return {
+        "form_factors": spent["elements"] + spent["first look"] + spent["links"],
+        "solve": spent["gathering light"],
+        "shade": spent["final gather"],
+        **{name: spent[name] for name in parts},
+    }
+
+
+def _energy(lit: Lit) -> Energy:
+    """Add up where the light of a hierarchical solution went; what arrives from lamps counts as emitted."""
+    elements, solution, A = lit.elements, lit.solution, lit.elements.area[:, None]
+    source = elements.emission - lit.lamp + lit.direct + lit.straight
+    others = replace(solution, radiosity=solution.radiosity - lit.lamp)
+    energy = energy_balance(elements.area, source, elements.reflectance, others, lit.transport.sent())
+    # What lamps send and nothing receives.
+    lost = float((A * (lit.lamp - lit.straight)).sum())
+    emitted = energy.emitted + lost
+    error = energy.error * energy.emitted / emitted if emitted else 0.0
+    return Energy(emitted, energy.absorbed, energy.escaped + lost, error)
