@@ -87,3 +87,17 @@ def lit_pair(scene):
     lamp.rotation_euler = (np.pi, 0.0, 0.0)
     lamp.location = (0.0, 1.0, 2.0)
     return lamp, add_square(scene, "Floor")
+
+
+def copy_collection(blender):
+    """Return the collection of the baked copies."""
+    (found,) = [found for found in blender.data.collections if "radiosity_hidden" in found]
+    return found
+
+
+def lit_floor(scene):
+    """Add a lamp that shines down on a floor of 2 x 1 m; return both."""
+    lamp = add_square(scene, "Lamp", glowing(reflectance=0.0, radiance=5.0))
+    lamp.rotation_euler, lamp.location = (np.pi, 0.0, 0.0), (0.0, 1.0, 1.0)
+    floor = add_mesh(scene, "Floor", [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)])
+    return lamp, floor

@@ -20,7 +20,7 @@ from types import ModuleType
 
 import pytest
 
-from tests.blender.building import add_room, glowing
+from tests.blender.building import add_room, copy_collection, glowing
 
 ROOT = Path(__file__).resolve().parents[2]
 EXTENSION = "radiosity"
@@ -102,6 +102,18 @@ def error(core: Callable[[str], ModuleType]) -> type[Exception]:
 
 
 @pytest.fixture
+def gltf(addon: Callable[[str], ModuleType]) -> ModuleType:
+    """The add-on's module that exports glTF."""
+    return addon("gltf")
+
+
+@pytest.fixture
+def glb(addon: Callable[[str], ModuleType]) -> ModuleType:
+    """The add-on's module that reads binary glTF files."""
+    return addon("glb")
+
+
+@pytest.fixture
 def read(addon: Callable[[str], ModuleType], scene, blender: ModuleType):
     """Give a function that reads the context's scene."""
 
@@ -137,6 +149,17 @@ def bake(scene, blender: ModuleType):
             setattr(blender.context.scene.radiosity, name, value)
         assert blender.ops.radiosity.bake() == {'FINISHED'}
         return blender.context.window_manager.radiosity.warnings.splitlines()
+
+    return bake
+
+
+@pytest.fixture
+def bake_copies(press, blender: ModuleType):
+    """Give a function that presses the button with Baked Copy chosen, and returns all that is with the copies."""
+
+    def bake(**settings):
+        assert press(target='COPY', **settings) == {'FINISHED'}
+        return list(copy_collection(blender).objects)
 
     return bake
 

@@ -1,37 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The baked copy: what is in it, what it carries over, what it leaves alone, and what takes its place."""
+"""The baked copy: its shape and light, and that it has all that its original has."""
 
 import numpy as np
 import pytest
 
-from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_square, colors, glowing
-
-
-@pytest.fixture
-def bake(scene, blender):
-    """Give a function that presses the button with Baked Copy chosen, and returns the copies."""
-
-    def bake(**settings):
-        scene.radiosity.target = 'COPY'
-        for name, value in settings.items():
-            setattr(scene.radiosity, name, value)
-        assert blender.ops.radiosity.bake() == {'FINISHED'}
-        return list(collection(blender).objects)
-
-    return bake
-
-
-def collection(blender):
-    (found,) = [found for found in blender.data.collections if "radiosity_hidden" in found]
-    return found
-
-
-def lit_floor(scene):
-    """Add a lamp that shines down on a floor of 2 x 1 m; return both."""
-    lamp = add_square(scene, "Lamp", glowing(reflectance=0.0, radiance=5.0))
-    lamp.rotation_euler, lamp.location = (np.pi, 0.0, 0.0), (0.0, 1.0, 1.0)
-    floor = add_mesh(scene, "Floor", [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)])
-    return lamp, floor
+from tests.blender.building import (
+    CUBE_FACES,
+    CUBE_VERTICES,
+    add_mesh,
+    add_square,
+    colors,
+    glowing,
+    lit_floor,
+)
 
 
 def world(obj):
@@ -50,11 +31,11 @@ def columns(items, name, width):
 
 @pytest.mark.parametrize("domain", ['CORNER', 'POINT'])
 @pytest.mark.parametrize("data_type", ['FLOAT_COLOR', 'BYTE_COLOR'])
-def test_without_cuts_it_has_the_colors_of_a_bake_in_place(bake, scene, blender, domain, data_type):
+def test_without_cuts_it_has_the_colors_of_a_bake_in_place(bake_copies, scene, blender, domain, data_type):
     originals = lit_floor(scene)
     originals[1].scale = (-1.0, 1.0, 1.0)
     originals[1].location.x = 1.0
-    copies = bake(domain=domain, data_type=data_type)
+    copies = bake_copies(domain=domain, data_type=data_type)
     assert not any(obj.data.color_attributes for obj in originals)
     scene.radiosity.target = 'IN_PLACE'
     blender.ops.radiosity.bake()
@@ -68,12 +49,12 @@ def test_without_cuts_it_has_the_colors_of_a_bake_in_place(bake, scene, blender,
 
 
 @pytest.mark.parametrize("scale", [1.0, -1.0])
-def test_faces_are_as_fine_as_the_patches_and_shadows_show_between_far_vertices(bake, scene, scale):
+def test_faces_are_as_fine_as_the_patches_and_shadows_show_between_far_vertices(bake_copies, scene, scale):
     _, floor = lit_floor(scene)
     # A plate that hides the lamp from the middle of the floor only.
     add_mesh(scene, "Plate", [(0.9, 0.4, 0.1), (1.1, 0.4, 0.1), (1.1, 0.6, 0.1), (0.9, 0.6, 0.1)], [(0, 1, 2, 3)])
     floor.scale.x, floor.location.x = scale, 1.0 - scale
-    _, copy, _ = bake(max_edge=0.1)
+    _, copy, _ = bake_copies(max_edge=0.1)
     assert len(floor.data.polygons) == 1 and len(copy.data.polygons) == 200 and len(copy.data.vertices) == 21 * 11
     place, light = world(copy), colors(copy.data)[:, 0]
     under = np.linalg.norm(place - (1.0, 0.5, 0.0), axis=1) < 0.01
@@ -84,7 +65,7 @@ def test_faces_are_as_fine_as_the_patches_and_shadows_show_between_far_vertices(
     assert np.sign(np.linalg.det(np.array(copy.matrix_world)[:3, :3])) == scale
 
 
-def test_everything_that_a_mesh_carries_is_on_the_finer_one(bake, scene, blender):
+def test_everything_that_a_mesh_carries_is_on_the_finer_one(bake_copies, scene, blender):
     lit_floor(scene)
     box = add_mesh(scene, "Box", np.array(CUBE_VERTICES) * (2, 1, 1), CUBE_FACES, glowing(name="A"))
     mesh = box.data
@@ -105,7 +86,7 @@ def test_everything_that_a_mesh_carries_is_on_the_finer_one(bake, scene, blender
     mesh.polygons.foreach_set("use_smooth", [True] * 5 + [False])
     normals = np.array([tuple(normal.vector) for normal in mesh.corner_normals])
 
-    copy = bake(max_edge=0.4)[-1]
+    copy = bake_copies(max_edge=0.4)[-1]
     fine = copy.data
     assert len(fine.polygons) == 2 * (3 * 3) + 4 * (5 * 3)
     place = world(copy)
@@ -139,7 +120,7 @@ def test_everything_that_a_mesh_carries_is_on_the_finer_one(bake, scene, blender
     assert [name for name in mesh.color_attributes.keys()] == ["Paint"]
 
 
-def test_modifiers_instances_linked_duplicates_and_text_have_light_of_their_own(bake, scene, blender):
+def test_modifiers_instances_linked_duplicates_and_text_have_light_of_their_own(bake_copies, scene, blender):
     _, floor = lit_floor(scene)
     duplicate = blender.data.objects.new("Dark", floor.data)
     duplicate.location.z = -1.0
@@ -158,7 +139,7 @@ def test_modifiers_instances_linked_duplicates_and_text_have_light_of_their_own(
     for obj in (duplicate, text):
         scene.collection.objects.link(obj)
     known = {obj.name for obj in blender.data.objects}
-    copies = bake()
+    copies = bake_copies()
     names = ["Lamp", "Floor", "Tile", "Tile", "Row", "Dark", "Text"]
     assert sorted(copy["radiosity_copy_of"] for copy in copies) == sorted(names)
     assert blender.context.window_manager.radiosity.warnings == ""
@@ -175,7 +156,7 @@ def test_modifiers_instances_linked_duplicates_and_text_have_light_of_their_own(
     assert all(mesh.users for mesh in blender.data.meshes)
 
 
-def test_a_stretched_parent_shears_the_copy_too(bake, scene, blender):
+def test_a_stretched_parent_shears_the_copy_too(bake_copies, scene, blender):
     lit_floor(scene)
     parent = blender.data.objects.new("Parent", None)
     parent.scale = (1, 3, 1)
@@ -183,116 +164,18 @@ def test_a_stretched_parent_shears_the_copy_too(bake, scene, blender):
     child = add_square(scene, "Child", size=0.2)
     child.parent, child.rotation_euler = parent, (0.0, 0.0, 0.6)
     blender.context.view_layer.update()
-    copy = next(copy for copy in bake() if copy["radiosity_copy_of"] == "Child")
+    copy = next(copy for copy in bake_copies() if copy["radiosity_copy_of"] == "Child")
     np.testing.assert_allclose(world(copy), world(child), atol=1e-6)
 
 
-def test_the_next_bake_takes_the_place_of_the_last_and_of_nothing_else(bake, scene, blender):
-    lit_floor(scene)
-    mine = blender.data.collections.new("Radiosity")
-    scene.collection.children.link(mine)
-    similar = add_square(scene, "Floor Baked", z=-3.0)
-    mine.objects.link(similar)
-    first = bake(max_edge=0.5)
-    assert collection(blender) != mine
-    guest = add_square(scene, "Guest", z=-4.0)
-    collection(blender).objects.link(guest)
-    before = {kind: len(getattr(blender.data, kind)) for kind in ("objects", "meshes", "collections", "materials")}
-    bits = colors(first[1].data)
-    names = {copy.name for copy in first}
-    second = bake()
-    assert names < {copy.name for copy in second} and guest in second and similar.name == "Floor Baked"
-    after = {kind: len(getattr(blender.data, kind)) for kind in before}
-    # The guest has a copy now.
-    assert after == before | {"objects": before["objects"] + 1, "meshes": before["meshes"] + 1}
-    assert not similar.data.color_attributes and not guest.data.color_attributes
-    # A copy lights nothing: nothing has changed for the floor but that it is the guest's neighbour now.
-    again = next(copy for copy in second if copy.get("radiosity_copy_of") == "Floor")
-    np.testing.assert_allclose(colors(again.data), bits, rtol=1e-4)
-
-
-def test_undo_takes_the_copies_back_in_one_step(scene, blender):
-    lit_floor(scene)
-    scene.radiosity.target, scene.radiosity.hide_originals = 'COPY', True
-    blender.ops.ed.undo_push(message="Before")
-    assert blender.ops.radiosity.bake('EXEC_DEFAULT', True) == {'FINISHED'}
-    assert len(blender.data.objects) == 4 and len(blender.data.collections) == 1
-    assert blender.ops.ed.undo() == {'FINISHED'}
-    assert len(blender.data.objects) == len(blender.data.meshes) == 2 and not blender.data.collections
-    assert not any(obj.hide_render or obj.hide_get() for obj in blender.data.objects)
-
-
-@pytest.mark.parametrize("end", ["cancelled", "edited", "removed", "layer"])
-def test_a_bake_that_does_not_end_well_leaves_nothing(addon, error, scene, blender, end):
-    lit_floor(scene)
-    scene.radiosity.target, scene.radiosity.max_edge = 'COPY', 0.25
-    steps = addon("operators").start_bake(blender.context)
-    next(steps)
-    if end == "cancelled":
-        next(steps)
-        steps.close()
-    else:
-        floor = blender.data.objects["Floor"]
-        if end == "edited":
-            floor.data.clear_geometry()
-            floor.data.from_pydata(SQUARE[:3], [], [(0, 1, 2)])
-        elif end == "removed":
-            blender.data.meshes.remove(floor.data)
-        else:
-            scene.view_layers[0].name = "Another"
-        with pytest.raises(error, match="bake again"):
-            for _ in steps:
-                pass
-    assert not blender.data.collections
-    assert {obj.name for obj in blender.data.objects} <= {"Lamp", "Floor"}
-    assert {mesh.name for mesh in blender.data.meshes} <= {"Lamp", "Floor"}
-    assert not any(mesh.color_attributes for mesh in blender.data.meshes)
-
-
-def test_originals_are_hidden_on_request_and_still_count(bake, scene, blender):
-    lamp, floor = lit_floor(scene)
-    closed = add_square(scene, "Closed", z=-2.0)
-    closed.hide_set(True)
-    group = blender.data.collections.new("Group")
-    group.objects.link(add_square(scene, "Tile", size=0.3))
-    place = blender.data.objects.new("Place", None)
-    place.instance_type, place.instance_collection, place.location.x = 'COLLECTION', group, 0.5
-    scene.collection.objects.link(place)
-    scene.collection.objects.unlink(blender.data.objects["Tile"])
-    first = bake(hide_originals=True)
-    assert lamp.hide_render and floor.hide_render and lamp.hide_get() and place.hide_render
-    assert len(first) == 4 and not any(copy.hide_render for copy in first)
-    bits = [colors(copy.data) for copy in first]
-    second = bake(hide_originals=True)
-    for copy, before in zip(second, bits, strict=True):
-        np.testing.assert_array_equal(colors(copy.data), before)
-    bake(hide_originals=False)
-    assert not (lamp.hide_render or floor.hide_render or lamp.hide_get() or closed.hide_render)
-    # What the user had hidden stays so.
-    assert closed.hide_get()
-
-
-def test_what_has_the_name_but_is_no_color_gives_way_on_the_copy_only(bake, scene, blender):
+def test_what_has_the_name_but_is_no_color_gives_way_on_the_copy_only(bake_copies, scene, blender):
     _, floor = lit_floor(scene)
     floor.data.attributes.new("Radiosity", 'FLOAT', 'POINT')
-    copy = bake(max_edge=0.5)[1]
+    copy = bake_copies(max_edge=0.5)[1]
     assert copy.data.attributes["Radiosity"].data_type == 'FLOAT_COLOR'
     assert floor.data.attributes["Radiosity"].data_type == 'FLOAT'
     (warning,) = blender.context.window_manager.radiosity.warnings.splitlines()
     assert "'Floor'" in warning and "'Radiosity'" in warning
-
-
-def test_copies_are_made_from_edit_mode_and_undo_takes_them_back(scene, blender):
-    _, floor = lit_floor(scene)
-    blender.context.view_layer.objects.active = floor
-    floor.select_set(True)
-    scene.radiosity.target = 'COPY'
-    blender.ops.ed.undo_push(message="Before")
-    blender.ops.object.mode_set('EXEC_DEFAULT', True, mode='EDIT')
-    assert blender.ops.radiosity.bake('EXEC_DEFAULT', True) == {'FINISHED'}
-    assert len(collection(blender).objects) == 2
-    assert blender.ops.ed.undo() == {'FINISHED'}
-    assert len(blender.data.objects) == len(blender.data.meshes) == 2
 
 
 def test_the_report_tells_what_was_read_and_what_was_chosen(addon, core, scene, blender):
@@ -310,21 +193,12 @@ def test_the_report_tells_what_was_read_and_what_was_chosen(addon, core, scene, 
 
 
 @pytest.mark.parametrize("max_edge", [0.0, 0.4])
-def test_faces_that_blender_takes_for_broken_do_no_harm(bake, scene, max_edge):
+def test_faces_that_blender_takes_for_broken_do_no_harm(bake_copies, scene, max_edge):
     lit_floor(scene)
     points = [(0, 0, 0.1), (1, 0, 0.1), (1, 1, 0.1), (0, 1, 0.1), (3, 0, 0)]
     faces = [(0, 1, 1, 2), (0, 2, 0, 3), (1, 1, 1), (0, 1, 2, 3), (0, 1, 2, 3)]
     mesh = add_mesh(scene, "Broken", points, faces).data
     mesh.shade_smooth()
-    copy = bake(max_edge=max_edge)[-1]
+    copy = bake_copies(max_edge=max_edge)[-1]
     assert np.isfinite(colors(copy.data)).all() and colors(copy.data)[:, 0].max() > 0.0
     assert len(copy.data.polygons) == 5 if max_edge == 0.0 else len(copy.data.polygons) > 9
-
-
-def test_a_bake_in_place_tells_that_copies_are_older(bake, scene, blender):
-    lit_floor(scene)
-    bake()
-    scene.radiosity.target = 'IN_PLACE'
-    blender.ops.radiosity.bake()
-    (warning,) = blender.context.window_manager.radiosity.warnings.splitlines()
-    assert "copies of an earlier bake" in warning

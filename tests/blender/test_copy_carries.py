@@ -10,18 +10,9 @@ NAME = "Grüße" + 20 * "x"
 
 
 @pytest.fixture
-def bake(scene, blender):
-    """Give a function that presses the button with Baked Copy chosen, and returns copies by their originals' names."""
-
-    def bake(**settings):
-        scene.radiosity.target = 'COPY'
-        for name, value in settings.items():
-            setattr(scene.radiosity, name, value)
-        assert blender.ops.radiosity.bake() == {'FINISHED'}
-        (found,) = [found for found in blender.data.collections if "radiosity_hidden" in found]
-        return {copy["radiosity_copy_of"]: copy for copy in found.objects}
-
-    return bake
+def bake(bake_copies):
+    """Give a function that returns baked copies by their originals' names."""
+    return lambda **settings: {copy["radiosity_copy_of"]: copy for copy in bake_copies(**settings)}
 
 
 @pytest.fixture

@@ -8,11 +8,6 @@ import numpy as np
 import pytest
 
 
-@pytest.fixture
-def glb(addon):
-    return addon("glb")
-
-
 def one_accessor(glb, values, component, kind="VEC4", stride=None, **more):
     """Put an array into a file of one accessor, rows `stride` bytes apart."""
     width = values.itemsize * values.shape[1]
