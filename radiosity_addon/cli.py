@@ -77,8 +77,14 @@ def main(argv: list[str], *, prog: str, verb: str | None = None) -> int:
 
 def _fail(message: str) -> int:
     """Complain in one line."""
-    print(f"radiosity: error: {' '.join(message.split())}", file=sys.stderr)
+    _tell(f"error: {' '.join(message.split())}")
     return FAILED
+
+
+def _tell(message: str) -> None:
+    """Write a line to standard error, whole even if Ctrl-C comes meanwhile: `print` writes its end apart."""
+    sys.stderr.write(f"radiosity: {message}\n")
+    sys.stderr.flush()
 
 
 @contextmanager
@@ -106,12 +112,9 @@ def _run(options: argparse.Namespace, settings: Settings, destination: Destinati
     bake = _bake(settings, destination)
     stops = _write(files, bake.report, options, destination)
     for warning in gathered(bake.report["warnings"]):
-        print(f"radiosity: warning: {warning}", file=sys.stderr)
+        _tell(f"warning: {warning}")
     if not files:
-        print(
-            "radiosity: warning: nothing was written: name a file with --output, --gltf, --render or --report",
-            file=sys.stderr,
-        )
+        _tell("warning: nothing was written: name a file with --output, --gltf, --render or --report")
     print("\n".join(_summary(source, bake.report, destination)))
     for name, path in files.items():
         print(f"Written:  {path}" + (f" (exposure {stops[name]:+.2f} stops)" if name in stops else ""))
@@ -170,11 +173,11 @@ def _follow(steps: Generator[Progress, None, SceneBake]) -> SceneBake:
             return result
         now = time.monotonic()
         if progress.memory:
-            print(f"radiosity: {progress.stage} need {progress.memory / 2**20:.1f} MB", file=sys.stderr, flush=True)
+            _tell(f"{progress.stage} need {progress.memory / 2**20:.1f} MB")
         elif progress.stage != stage:
-            print(f"radiosity: {progress.stage}", file=sys.stderr, flush=True)
+            _tell(progress.stage)
         elif now - told >= PROGRESS_EVERY:
-            print(f"radiosity: {progress.stage} {progress.fraction:.0%}", file=sys.stderr, flush=True)
+            _tell(f"{progress.stage} {progress.fraction:.0%}")
         else:
             continue
         stage, told = progress.stage, now
