@@ -111,12 +111,15 @@ def _report(scene: Scene, patches: Patches, settings: Settings, solved: Solved, 
     """Put the figures together."""
     solution = solved.solution
     rows = row_sum_range(solved.row_sums, patches.area)
-    warnings = list(scene.warnings)
+    warnings = []
+    # First, as it is about all that is shown.
     if not solution.converged:
         warnings.append(
-            f"Not converged after {solution.iterations} iterations: the residual is {solution.residual:.2g}, "
-            f"the tolerance {settings.tolerance:g}; allow more iterations"
+            f"Not converged after {solution.iterations} iterations: the residual is {solution.residual:.2g}, the "
+            f"tolerance {settings.tolerance:g}, and {solved.energy.error:.1%} of the light is missing; allow more "
+            "iterations, or darken what is nearly white"
         )
+    warnings += scene.warnings
     if rows.max > ROW_SUM_LIMIT:
         warnings.append(
             f"Form factors add up to {rows.max:.2f} where 1 is the most: surfaces are close to each other for the size "

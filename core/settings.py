@@ -60,7 +60,7 @@ class Settings:
     light: str = "combined"
     max_edge: float | None = None
     subdivide: int = 1
-    iterations: int = 200
+    iterations: int = 400
     tolerance: float = 1e-4
     seed: int = 0
 

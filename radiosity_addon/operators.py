@@ -12,7 +12,7 @@ from ..core.errors import RadiosityError
 from ..core.progress import Progress, exhaust
 from .baking import SceneBake, bake_scene
 from .properties import chosen_destination, core_settings
-from .wording import gathered
+from .wording import NOT_CONVERGED, counted, gathered
 
 TICK = 0.02  # seconds between two turns of a running bake
 BUDGET = 0.1  # seconds that a turn may take before the window gets its turn
@@ -127,7 +127,8 @@ class RADIOSITY_OT_bake(bpy.types.Operator):
             self.report({'WARNING'}, warning)
         if len(warnings) > MOST_REPORTS:
             self.report({'WARNING'}, f"{len(warnings) - MOST_REPORTS} more kinds of warnings: see the Radiosity panel")
-        self.report({'INFO'}, sentence(done.report))
+        # The last one is what the status bar shows.
+        self.report({'INFO' if done.report["converged"] else 'WARNING'}, sentence(done.report))
         space = getattr(context, "space_data", None)
         if space is not None and space.type == 'VIEW_3D':
             space.shading.color_type = 'VERTEX'
@@ -161,18 +162,24 @@ def start_bake(context: bpy.types.Context) -> Generator[Progress, None, SceneBak
 def sentence(report: dict[str, Any]) -> str:
     """Sum up a bake in one line."""
     written = sum(item["written"] for item in report["objects"])
-    objects = "1 object" if written == 1 else f"{written} objects"
-    return f"Baked {objects}, {report['patches']} patches in {report['seconds']['total']:.1f} s"
+    line = f"Baked {counted(written, 'object')}, {report['patches']} patches in {report['seconds']['total']:.1f} s"
+    if not report["converged"]:
+        line += f", {NOT_CONVERGED}"
+    if report["warnings"]:
+        line += f"; {counted(len(report['warnings']), 'warning')} in the Radiosity panel"
+    return line
 
 
 def figures(report: dict[str, Any]) -> list[tuple[str, str]]:
     """Return what the panel shows of a bake, as pairs of label and text."""
     rows, energy = report["row_sum"], report["energy"]
-    state = "converged" if report["converged"] else "not converged"
+    state = "converged" if report["converged"] else NOT_CONVERGED
+    islands = [f"{count} {side}" for side, count in report["islands"].items() if count]
     return [
         ("Patches", f"{report['patches']}"),
         ("Time", f"{report['seconds']['total']:.2f} s"),
         ("Iterations", f"{report['iterations']}, {state}"),
+        ("Lit Islands", ", ".join(islands)),
         ("Row Sums", f"{rows['min']:.3f} to {rows['max']:.3f}"),
         ("Row Sum Mean", f"{rows['mean']:.4f}"),
         ("Energy Error", f"{energy['error']:.2%}"),

@@ -7,7 +7,7 @@ import textwrap
 import bpy
 
 from .operators import RADIOSITY_OT_bake, RADIOSITY_OT_copy_warnings
-from .wording import counted
+from .wording import NOT_CONVERGED, counted
 
 MOST_WARNINGS = 20
 LETTER = 6.5  # width of a letter [pixels]
@@ -101,6 +101,8 @@ class RADIOSITY_PT_last_bake(_Sidebar, bpy.types.Panel):
         column = self.layout.column(align=True)
         for label, text in json.loads(status.figures):
             split = column.split(factor=0.4)
+            # What is red is not right yet.
+            split.alert = text.endswith(NOT_CONVERGED)
             split.label(text=label)
             split.label(text=text)
         count = len(status.warnings.splitlines())

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable
 
 MOST_NAMES = 3
+NOT_CONVERGED = "not converged"
 _ABOUT = re.compile(r"(Object|Mesh|Material|Light) '(.*?)'(.*)")
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)*")
 

@@ -40,6 +40,8 @@ _COARSE = Detail(1.5, 0.2, 0.2, 1)
 _STRAIGHT = 8
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
 _CLOSER = 0.05
+# Sweeps that tell well enough where the light is, so that energy can be put in balance for the others.
+_FIRST = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ def solve(
     workers: Executor,
     *,
     direct: DirectLight | None = None,
-    iterations: int = 200,
+    iterations: int = 400,
     tolerance: float = 1e-4,
 ) -> Generator[Progress, None, Lit]:
     """Light patches through a hierarchy of sources.
@@ -161,15 +163,24 @@ def _bounces(
     # Where the light is decides how much of it goes amiss: once by the guess, once by the solution. The first sweep, of
     # what is emitted, is direct light (T6).
     transport = transport.balanced(guess - look.emission)
-    solution = yield from gathering(transport, source, rho, iterations=iterations, tolerance=tolerance, start=dim)
+    first = yield from gathering(
+        transport, source, rho, iterations=min(iterations, _FIRST), tolerance=tolerance, start=dim
+    )
+    solution = first
     if iterations > 1:
-        transport = transport.balanced(solution.radiosity)
-        first, start = solution, solution.radiosity
+        transport = transport.balanced(first.radiosity)
+        # Where no sweeps are left to go on with, all of them are made again: as many bounces as were asked for.
+        done = first.iterations if first.iterations < iterations else 0
         solution = yield from gathering(
-            transport, source, rho, iterations=iterations, tolerance=_CLOSER * tolerance, start=start
+            transport,
+            source,
+            rho,
+            iterations=iterations - done,
+            tolerance=_CLOSER * tolerance,
+            start=first.radiosity if done else dim,
         )
-        converged = first.converged and solution.residual <= tolerance
-        solution = replace(solution, iterations=first.iterations + solution.iterations, converged=converged)
+        converged = solution.residual <= tolerance
+        solution = replace(solution, iterations=done + solution.iterations, converged=converged)
     return transport, replace(
         solution,
         radiosity=look.emission + solution.radiosity,

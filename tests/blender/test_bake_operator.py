@@ -107,6 +107,20 @@ def test_the_report_has_what_the_command_prints(addon, scene, blender, core):
     assert addon("operators").sentence(report).startswith("Baked 2 objects, 2 patches in ")
 
 
+def test_the_panel_and_the_last_line_tell_what_to_act_on(addon, scene, blender, core):
+    # Nearly white rooms at one place, one of them turned inside out.
+    for name in ("Room", "Other"):
+        add_room(scene, name, glowing(0.98))
+    scene.objects["Other"].data.flip_normals()
+    scene.radiosity.quality, scene.radiosity.iterations = 'preview', 5
+    report = core("progress").exhaust(addon("operators").start_bake(blender.context)).report
+    figures = dict(addon("operators").figures(report))
+    assert figures["Iterations"] == "5, not converged"
+    assert figures["Lit Islands"] == "1 front, 1 back"
+    assert [line.split(":")[0] for line in report["warnings"]] == ["Not converged after 5 iterations", "Object 'Other'"]
+    assert addon("operators").sentence(report).endswith(" s, not converged; 2 warnings in the Radiosity panel")
+
+
 def test_the_last_bake_stays_for_the_panel_but_not_in_the_file(press, scene, blender, tmp_path):
     lit_pair(scene)
     press()

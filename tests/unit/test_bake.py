@@ -15,6 +15,7 @@ from core.scene import Scene
 from core.settings import Settings
 
 DENSE = ("gathering", "shooting")
+METHODS = ("hierarchical", *DENSE)
 
 
 @pytest.mark.parametrize("method", DENSE)
@@ -70,11 +71,22 @@ def test_a_lamp_without_area_is_no_light(box):
 
 
 def test_too_few_iterations_are_told(ceiling_lamp, light):
-    for method in DENSE:
-        report = light(ceiling_lamp(0.9, 2), method=method, iterations=1, tolerance=1e-7).report
-        assert not report.converged
-        assert any("Not converged" in warning for warning in report.warnings)
+    for method in METHODS:
+        for iterations in (1, 2, 70):
+            report = light(ceiling_lamp(0.95, 2), method=method, iterations=iterations, tolerance=1e-7).report
+            assert not report.converged
+            assert report.iterations == iterations or method == "shooting"
+            # First of all, with what is missing.
+            missing = f"{report.energy.error:.1%} of the light is missing"
+            assert report.warnings[0].startswith("Not converged") and missing in report.warnings[0]
     assert light(ceiling_lamp()).report.warnings == []
+
+
+@pytest.mark.parametrize("iterations", [1, 2, 5, 70])
+def test_as_many_bounces_as_were_asked_for(cube, light, iterations):
+    found = light(cube(0.9, emission=1.0), method="hierarchical", iterations=iterations, tolerance=0.0).solution
+    assert found.iterations == iterations
+    np.testing.assert_allclose(found.radiosity, (1.0 - 0.9 ** (iterations + 1)) / 0.1, rtol=2e-3)
 
 
 def test_factors_that_cannot_be_are_told(box, light):
