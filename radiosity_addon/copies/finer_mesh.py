@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from .loose_parts import with_loose
 from .parts import Part, mixed
 from .vertex_groups import group_names, with_groups
 
@@ -53,8 +54,9 @@ def finer_mesh(base: bpy.types.Mesh, part: Part, name: str) -> bpy.types.Mesh:
     -------
     bpy.types.Mesh
         Numbers of attributes and weights of vertex groups are interpolated; whole numbers, marks and turns are those of
-        what is nearest. Vertices and edges without faces are left out, and so is what `left_out` tells.
+        what is nearest. Vertices and edges without faces stay as they are; what `left_out` tells is left out.
     """
+    part = with_loose(base, part)
     mesh = bpy.data.meshes.new(name)
     try:
         _set_topology(mesh, base, part)
@@ -87,12 +89,14 @@ def _internal(attribute: bpy.types.Attribute) -> bool:
 
 
 def _set_topology(mesh: bpy.types.Mesh, base: bpy.types.Mesh, part: Part) -> None:
-    """Make the vertices, edges and faces."""
+    """Make the vertices and faces, and of the edges those that no face has: the others follow."""
     position = _values(base.vertices, "co", 3, np.float32)
     mesh.vertices.add(len(part.vertex_source))
+    mesh.edges.add(len(part.loose))
     mesh.loops.add(len(part.corner_vertex))
     mesh.polygons.add(len(part.face))
     mesh.vertices.foreach_set("co", mixed(position, part.vertex_source, part.vertex_weight).ravel())
+    mesh.edges.foreach_set("vertices", part.loose.astype(np.int32).ravel())
     mesh.loops.foreach_set("vertex_index", part.corner_vertex.astype(np.int32))
     mesh.polygons.foreach_set("loop_start", part.face_start[:-1].astype(np.int32))
     mesh.update(calc_edges=True)

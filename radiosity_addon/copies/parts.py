@@ -38,6 +38,8 @@ class Part:
         Vertices of the mesh, and how much each counts.
     edge, edge_source : ndarray of shape (e, 2)
         Vertices of parts of edges, and vertices of the mesh that these edges join.
+    loose : ndarray of shape (l, 2)
+        Vertices of edges that no face has.
     """
 
     scene_corner: IntArray
@@ -50,6 +52,7 @@ class Part:
     vertex_weight: FloatArray
     edge: IntArray
     edge_source: IntArray
+    loose: IntArray
 
 
 def split(targets: tuple[Target, ...], scene: Scene, fine: Refinement) -> Iterator[Part]:
@@ -110,6 +113,7 @@ def _part(target: Target, scene: Scene, fine: Refinement, own: IntArray, edge_be
         fine.vertex_weight[vertex],
         np.searchsorted(vertex, edge),
         own[edge_source],
+        np.zeros((0, 2), np.int64),
     )
 
 

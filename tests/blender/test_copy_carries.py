@@ -154,3 +154,36 @@ def test_what_materials_ask_of_objects_is_carried(bake, scene, blender):
     np.testing.assert_allclose(copy.matrix_world.translation, (1, 2, 2))
     assert copies["Text"]["tint"] == 0.75 and copies["Text"].data["kind"] == "text"
     assert copies["Tile"]["tint"] == 0.5
+
+
+def with_wires(scene):
+    """Add a floor with an edge from a corner of it, one that touches nothing, and a vertex alone, all with weights."""
+    obj = floor(scene)
+    mesh = obj.data
+    mesh.vertices.add(4)
+    mesh.edges.add(2)
+    for index, place in enumerate([(0, 0, 1), (5, 0, 0), (5, 1, 0), (9, 9, 9)], 6):
+        mesh.vertices[index].co = place
+    mesh.edges[-2].vertices, mesh.edges[-1].vertices = (0, 6), (7, 8)
+    mesh.update()
+    obj.vertex_groups.new(name="Ends").add([6, 8, 9], 0.5, 'REPLACE')
+    crease = mesh.attributes.new("crease_edge", 'FLOAT', 'EDGE')
+    crease.data[len(mesh.edges) - 1].value = 0.75
+    return obj
+
+
+@pytest.mark.parametrize("domain", ['POINT', 'CORNER'])
+@pytest.mark.parametrize("max_edge", [0.0, 0.25])
+def test_edges_and_vertices_without_faces_stay(bake, scene, warnings, max_edge, domain):
+    obj = with_wires(scene)
+    copy = bake(max_edge=max_edge, domain=domain)["Floor"]
+    place = [tuple(vertex.co) for vertex in copy.data.vertices]
+    assert len(place) == len(set(place)) == (10 if max_edge == 0.0 else 9 * 5 + 4)
+    wires = {tuple(sorted(place[end] for end in edge.vertices)): edge.index for edge in copy.data.edges if edge.is_loose}
+    assert wires.keys() == {((0, 0, 0), (0, 0, 1)), ((5, 0, 0), (5, 1, 0))}
+    assert (9, 9, 9) in place and not copy.data.validate()
+    crease = copy.data.attributes["crease_edge"].data
+    assert [crease[index].value for index in wires.values()] == [0.0, 0.75]
+    ends = {place[index] for index in np.flatnonzero(weights(copy, "Ends") == 0.5)}
+    assert ends == {(0, 0, 1), (5, 1, 0), (9, 9, 9)}
+    assert warnings() == [] and len(obj.data.vertices) == 10
