@@ -179,7 +179,9 @@ def test_edges_and_vertices_without_faces_stay(bake, scene, warnings, max_edge, 
     copy = bake(max_edge=max_edge, domain=domain)["Floor"]
     place = [tuple(vertex.co) for vertex in copy.data.vertices]
     assert len(place) == len(set(place)) == (10 if max_edge == 0.0 else 9 * 5 + 4)
-    wires = {tuple(sorted(place[end] for end in edge.vertices)): edge.index for edge in copy.data.edges if edge.is_loose}
+    wires = {
+        tuple(sorted(place[end] for end in edge.vertices)): edge.index for edge in copy.data.edges if edge.is_loose
+    }
     assert wires.keys() == {((0, 0, 0), (0, 0, 1)), ((5, 0, 0), (5, 1, 0))}
     assert (9, 9, 9) in place and not copy.data.validate()
     crease = copy.data.attributes["crease_edge"].data
