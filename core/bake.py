@@ -95,7 +95,7 @@ def bake(
     solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)
     seconds = {"mesh": meshed - began} | solved.seconds | {"total": time.perf_counter() - began}
     report = _report(scene, patches, settings, solved, seconds)
-    colours = corner_colours(scene, solved.corner_irradiance, solved.corner_direct, settings.light)
+    colours = corner_colours(scene, solved.corner_irradiance, solved.corner_direct, settings.light, solved.behind)
     return Bake(colours, solved.corner_irradiance, solved.corner_direct, patches, solved.solution, report)
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gathering solver (T5): every patch collects the light of all others, again and again, until nothing changes.
 
-B = E + rho H with H = F B (T1). It starts with B = E, so that the first sweep is direct light only (T6).
+B = E + rho H with H = F B (T1), and what comes through from the other side. It starts with B = E, so that the first
+sweep is direct light only (T6).
 A sweep is either Jacobi's, all patches from the light of the sweep before, or in place (Gauss-Seidel): patches use
 what the patches before them have just become. In place is done by blocks of rows, so that each step is one product of
 matrices; within a block it is Jacobi's, which costs little of the faster convergence. The first sweep is Jacobi's
@@ -15,6 +16,7 @@ import numpy as np
 from .arrays import FloatArray
 from .progress import Progress
 from .solution import Solution
+from .translucence import Translucence, scattered
 from .transport import DenseTransport, Transport
 
 # Blocks of an in-place sweep.
@@ -31,6 +33,7 @@ def gathering(
     tolerance: float = 1e-4,
     sweep: str = "in-place",
     start: FloatArray | None = None,
+    through: Translucence | None = None,
 ) -> Generator[Progress, None, Solution]:
     """Solve for the light on n patches by gathering.
 
@@ -50,6 +53,8 @@ def gathering(
         In place needs rows: a transport that is not dense is swept the other way.
     start : ndarray of shape (n, 3), optional
         Radiosity to begin with, such as a solution under other light; E when not given [W/m^2].
+    through : Translucence, optional
+        Which patches have light from their other side.
 
     Yields
     ------
@@ -70,10 +75,10 @@ def gathering(
         before = B
         if in_place and iteration > 1 and isinstance(transport, DenseTransport):
             B = B.copy()
-            _sweep_in_place(transport, emission, reflectance, B, H)
+            _sweep_in_place(transport, emission, reflectance, through, B, H)
         else:
             H = transport.gather(B)
-            B = emission + reflectance * H
+            B = emission + scattered(reflectance, H, through)
         change = np.abs(B - before)
         residual = float(np.divide(change, B, out=np.zeros_like(B), where=B > 0.0).max(initial=0.0))
         unshot = float((area * change).sum()) / emitted if emitted else 0.0
@@ -83,7 +88,12 @@ def gathering(
 
 
 def _sweep_in_place(
-    transport: DenseTransport, emission: FloatArray, reflectance: FloatArray, B: FloatArray, H: FloatArray
+    transport: DenseTransport,
+    emission: FloatArray,
+    reflectance: FloatArray,
+    through: Translucence | None,
+    B: FloatArray,
+    H: FloatArray,
 ) -> None:
     """Update B and H block by block, each from the newest B."""
     step = max(1, -(-len(B) // BLOCKS))
@@ -91,6 +101,8 @@ def _sweep_in_place(
         rows = slice(first, first + step)
         H[rows] = transport.gather_rows(rows, B)
         B[rows] = emission[rows] + reflectance[rows] * H[rows]
+        if through is not None:
+            B[rows] += through.leaving(H)[rows]
 
 
 def _closeness(residual: float, tolerance: float) -> float:

@@ -16,7 +16,7 @@ from .errors import RadiosityError
 from .grids import check_count, grid
 from .occlusion.sieve import unnoticed
 from .paint.paint import Paint
-from .scene import AUTO, BACK, FRONT, Scene
+from .scene import AUTO, BACK, BOTH, FRONT, Scene
 from .triangulation import pieces
 
 
@@ -40,6 +40,10 @@ class Patches:
         1 on the front of the face, -1 on its back.
     reflectance, emission : ndarray of shape (p, 3)
         Means over the patch: rho, and exitance E [W/m^2]; zero where the face does not light others with it.
+    transmittance : ndarray of shape (p, 3)
+        tau, likewise.
+    opposite : ndarray of shape (p,)
+        The patch on the other side of each one that is translucent, -1 for the others.
     touch_corner, touch_patch : ndarray of shape (k,)
         Pairs of a mesh corner (index into `Scene.corner_vertex`) and a patch that has it as a corner of its own, on the
         front of the face unless only the back radiates. Sorted by corner; every corner of a live face has one.
@@ -55,6 +59,8 @@ class Patches:
     side: NDArray[np.int8]
     reflectance: FloatArray
     emission: FloatArray
+    transmittance: FloatArray
+    opposite: IntArray
     touch_corner: IntArray
     touch_patch: IntArray
     paint: Paint | None = None
@@ -113,7 +119,9 @@ def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> 
 
 def _arranged(scene: Scene, fronts: Cut) -> Patches:
     """Return the fronts and backs that radiate, one after the other for every face."""
-    shown = np.where(unnoticed(scene), 0, np.where(scene.sides == AUTO, FRONT, scene.sides))[fronts.face]
+    translucent = scene.transmittance.any(axis=1)
+    lit = np.where(translucent, BOTH, np.where(scene.sides == AUTO, FRONT, scene.sides))
+    shown = np.where(unnoticed(scene), 0, lit)[fronts.face]
     source = np.concatenate([np.flatnonzero(shown & FRONT), np.flatnonzero(shown & BACK)])
     side = np.ones(len(source), dtype=np.int8)
     side[np.count_nonzero(shown & FRONT) :] = -1
@@ -130,10 +138,13 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
         cut_up = np.bincount(fronts.face, minlength=len(scene.face_area))[face] > 1
         _paint(scene.paint, np.flatnonzero(cut_up), corners, face, reflectance, emission)
 
+    transmittance = np.where(scene.reflects[face, None], scene.transmittance[face], 0.0)
+    place = np.full((2, len(shown)), -1)
+    place[(side < 0).astype(np.int64), source] = np.arange(len(source))
+    opposite = np.where(transmittance.any(axis=1), place[(side > 0).astype(np.int64), source], -1)
+
     # A mesh corner shows the front, or the back where only the back radiates.
-    place = np.full(len(shown), -1)
-    lit = (side > 0) | (scene.sides[face] == BACK)
-    place[source[lit]] = np.flatnonzero(lit)
+    place = place[np.where(scene.sides[fronts.face] == BACK, 1, 0), np.arange(len(shown))]
     touch = _adopted(scene, fronts.touch[:, :2])
     touch = touch[place[touch[:, 1]] >= 0]
     touch_corner, touch_patch = touch[:, 0], place[touch[:, 1]]
@@ -147,6 +158,8 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
         side=side,
         reflectance=reflectance,
         emission=emission,
+        transmittance=transmittance,
+        opposite=opposite,
         touch_corner=touch_corner[order],
         touch_patch=touch_patch[order],
         paint=scene.paint,

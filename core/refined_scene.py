@@ -35,6 +35,7 @@ def refined_scene(scene: Scene, fine: Refinement) -> Scene:
         face_start=fine.face_start,
         reflectance=scene.reflectance[face],
         emission=scene.emission[face],
+        transmittance=scene.transmittance[face],
         corner_normals=normals,
         face_object=scene.face_object[face],
         sides=scene.sides[face],

@@ -34,7 +34,7 @@ class Energy:
     Attributes
     ----------
     emitted, absorbed, escaped : float
-        Sum of A E, of A (1 - rho) H, and of A B (1 - share that meets a patch) [W].
+        Sum of A E, of A (1 - rho - tau) H, and of A B (1 - share that meets a patch) [W].
     error : float
         abs(emitted - absorbed - escaped) / emitted.
     """
@@ -129,7 +129,7 @@ def row_sum_range(row_sums: FloatArray, area: FloatArray) -> RowSums:
 
 
 def energy_balance(
-    area: FloatArray, emission: FloatArray, reflectance: FloatArray, solution: Solution, sent: FloatArray
+    area: FloatArray, emission: FloatArray, albedo: FloatArray, solution: Solution, sent: FloatArray
 ) -> Energy:
     """Add up where the light of a solution went.
 
@@ -137,8 +137,8 @@ def energy_balance(
     ----------
     area : ndarray of shape (n,)
         [m^2].
-    emission, reflectance : ndarray of shape (n, 3)
-        E [W/m^2] and rho.
+    emission, albedo : ndarray of shape (n, 3)
+        E [W/m^2], and what leaves again of what arrives: rho, or rho + tau.
     solution : Solution
     sent : ndarray of shape (n,)
         Share of each patch's light that the solver let meet a patch. NaN, for a patch that has not shot, counts as 1:
@@ -151,7 +151,7 @@ def energy_balance(
     """
     A = area[:, None]
     emitted = float((A * emission).sum())
-    absorbed = float((A * (1.0 - reflectance) * solution.irradiance).sum())
+    absorbed = float((A * (1.0 - albedo) * solution.irradiance).sum())
     lost = 1.0 - np.nan_to_num(sent, nan=1.0)[:, None]
     escaped = float((A * solution.radiosity * lost).sum())
     error = abs(emitted - absorbed - escaped) / emitted if emitted else 0.0

@@ -45,6 +45,8 @@ class Scene(Polygons):
         Diffuse reflectance rho of red, green and blue, 0 to 0.99; more is capped with a warning.
     emission : ndarray of shape (f, 3)
         Radiant exitance E that a face emits by itself [W/m^2]; radiance is E / pi.
+    transmittance : ndarray of shape (f, 3)
+        Share tau of what arrives on one side that leaves on the other; where it is not 0 both radiate and receive.
     corner_normals : ndarray of shape (c, 3)
         Unit shading normals; where none is given, the face's normal (flat shading).
     face_object : ndarray of shape (f,)
@@ -72,6 +74,7 @@ class Scene(Polygons):
 
     reflectance: FloatArray
     emission: FloatArray
+    transmittance: FloatArray
     corner_normals: FloatArray
     face_object: IntArray
     object_names: tuple[str, ...]
@@ -94,6 +97,7 @@ class Scene(Polygons):
         reflectance: ArrayLike,
         emission: ArrayLike,
         *,
+        transmittance: ArrayLike | None = None,
         corner_normals: ArrayLike | None = None,
         face_object: ArrayLike | None = None,
         object_names: Sequence[str] = ("Scene",),
@@ -127,7 +131,7 @@ class Scene(Polygons):
             self._keep(name, getattr(polygons, name))
 
         notes = list(warnings)
-        self._keep_surfaces(reflectance, emission, sides, divisions, max_edge, paint, notes)
+        self._keep_surfaces(reflectance, emission, transmittance, sides, divisions, max_edge, paint, notes)
         for name, part in {"occludes": occludes, "shades": shades, "reflects": reflects, "emits": emits}.items():
             self._keep(name, one_each(name, _or(part, np.ones(n_faces)), n_faces).astype(np.bool_))
         self._keep("lamps", tuple(lamps))
@@ -198,6 +202,7 @@ class Scene(Polygons):
         self,
         reflectance: ArrayLike,
         emission: ArrayLike,
+        transmittance: ArrayLike | None,
         sides: ArrayLike | None,
         divisions: ArrayLike | None,
         max_edge: ArrayLike | None,
@@ -208,6 +213,8 @@ class Scene(Polygons):
         n_faces, owners = len(self.face_object), self.owners
         self._keep("reflectance", self._light("reflectance", reflectance, REFLECTANCE_LIMIT, _SLACK, notes))
         self._keep("emission", self._light("emission", emission, BRIGHTEST, 0.0, notes))
+        given = self._light("transmittance", _or(transmittance, np.zeros((n_faces, 3))), 1.0, _SLACK, notes)
+        self._keep("transmittance", np.minimum(given, REFLECTANCE_LIMIT - self.reflectance))
         shown = indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
         owners.refuse((shown < AUTO) | (shown > BOTH), "sides must be 0 (auto), 1 (front), 2 (back) or 3 (both)")
         self._keep("sides", shown.astype(np.uint8))

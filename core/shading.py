@@ -12,12 +12,19 @@ import numpy as np
 from .arrays import BoolArray, FloatArray, IntArray
 from .meshing import Patches
 from .scene import BACK, Scene
+from .translucence import LightBehind
 
 # Unit normals that differ by less are one: single precision and rounding, not a bend [rad].
 SAME_NORMAL = 1e-3
 
 
-def corner_colours(scene: Scene, irradiance: FloatArray, direct: FloatArray, light: str = "combined") -> FloatArray:
+def corner_colours(
+    scene: Scene,
+    irradiance: FloatArray,
+    direct: FloatArray,
+    light: str = "combined",
+    behind: LightBehind | None = None,
+) -> FloatArray:
     """Return the colour of every face corner from the light that arrives there.
 
     Parameters
@@ -29,19 +36,33 @@ def corner_colours(scene: Scene, irradiance: FloatArray, direct: FloatArray, lig
         The part of it that comes straight from what emits, from lamps and from the sky [W/m^2].
     light : {"combined", "lighting", "direct", "indirect"}
         (E + rho H) / pi, H / pi, (E + rho direct) / pi, or rho (H - direct) / pi.
+    behind : LightBehind, optional
+        What arrives on the other side of translucent faces: tau times that is added to rho H. Their lighting is what
+        a white surface would show there that shares its light out between both sides as they do.
 
     Returns
     -------
     ndarray of shape (c, 3)
         Radiance L, linear [W/(m^2 sr)].
     """
-    if light == "lighting":
-        return np.asarray(irradiance / np.pi)
     E, rho = scene.corner_emission, scene.corner_reflectance
-    if light == "indirect":
-        # Rounding must not make darkness negative.
-        return np.asarray(rho * np.maximum(irradiance - direct, 0.0) / np.pi)
-    return np.asarray((E + rho * (direct if light == "direct" else irradiance)) / np.pi)
+    leaving = (1.0 if light == "lighting" else rho) * _asked_for(light, irradiance, direct)
+    if behind is not None:
+        here, there = behind.corner, _asked_for(light, behind.irradiance, behind.direct)
+        tau = scene.transmittance[scene.corner_face[here]]
+        if light == "lighting":
+            leaving[here] += tau / np.maximum(rho[here] + tau, 1e-300) * (there - leaving[here])
+        else:
+            leaving[here] += tau * there
+    return np.asarray((E + leaving if light in {"combined", "direct"} else leaving) / np.pi)
+
+
+def _asked_for(light: str, irradiance: FloatArray, direct: FloatArray) -> FloatArray:
+    """Return the part of what arrives that a kind of colours tells of."""
+    if light == "direct":
+        return direct
+    # Rounding must not make darkness negative.
+    return np.maximum(irradiance - direct, 0.0) if light == "indirect" else irradiance
 
 
 def corner_irradiance(scene: Scene, patches: Patches, irradiance: FloatArray) -> FloatArray:

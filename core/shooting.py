@@ -18,6 +18,7 @@ import numpy as np
 from .arrays import FloatArray
 from .progress import Progress
 from .solution import Solution
+from .translucence import Translucence, scattered
 from .transport import Transport
 
 STAGE = "Shooting light"
@@ -31,6 +32,7 @@ def shooting(
     iterations: int,
     tolerance: float,
     own: FloatArray | None = None,
+    through: Translucence | None = None,
 ) -> Generator[Progress, None, Solution]:
     """Solve for the light on n patches by shooting.
 
@@ -49,6 +51,8 @@ def shooting(
     own : ndarray of shape (n, 3), optional
         The part of E that is direct light where it arrives, and not light of lamps reflected [W/m^2]; all of it when
         not given.
+    through : Translucence, optional
+        Which patches have light from their other side.
 
     Yields
     ------
@@ -74,7 +78,7 @@ def shooting(
             direct += column * own[j]
             own[j] = 0.0
         unshot[j] = 0.0
-        reflected = reflectance * arriving
+        reflected = scattered(reflectance, arriving, through)
         H += arriving
         B += reflected
         unshot += reflected

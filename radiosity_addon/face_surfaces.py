@@ -14,7 +14,7 @@ from ..core.paint.paint import Paint, join_paint
 from .materials import Surface
 from .materials.painting import Painting, paint_meshes
 from .materials.points import read_ground
-from .materials.reading import Unreadable, Varies, read_constant
+from .materials.reading import COLUMNS, Unreadable, Varies, read_constant
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,7 +32,9 @@ class FaceSurfaces:
     reflectance, emission : ndarray of shape (f, 3)
         Diffuse reflectance, and radiant exitance [W/m^2], of each face; their means where they vary.
     passed : ndarray of shape (f,)
-        Share of light that goes on behind each face.
+        Share of light that goes straight on behind each face.
+    transmittance : ndarray of shape (f, 3)
+        Share that leaves diffusely on the other side of each face.
     paint : Paint or None
         How they vary inside faces, in the space of the mesh.
     """
@@ -40,6 +42,7 @@ class FaceSurfaces:
     reflectance: FloatArray
     emission: FloatArray
     passed: FloatArray
+    transmittance: FloatArray
     paint: Paint | None = None
 
     def placed(self, linear: FloatArray, offset: FloatArray, order: IntArray) -> FaceSurfaces:
@@ -94,7 +97,7 @@ class SurfaceReader:
         index = np.zeros(len(mesh.polygons), np.int32)
         mesh.polygons.foreach_get("material_index", index)
         index = index.clip(0, len(table) - 1)
-        plain = np.stack([np.zeros(7) if surface is None else surface.columns for surface in table])[index]
+        plain = np.stack([np.zeros(COLUMNS) if surface is None else surface.columns for surface in table])[index]
         varying = {slot: materials[slot] for slot in np.unique(index).tolist() if table[slot] is None}
         if varying:
             named = set().union(*(self._names(material) for material in varying.values()))
@@ -138,12 +141,12 @@ class SurfaceReader:
 
 
 def _surfaces(columns: FloatArray, paint: Paint | None = None) -> FaceSurfaces:
-    return FaceSurfaces(columns[:, :3], columns[:, 3:6], columns[:, 6], paint)
+    return FaceSurfaces(columns[:, :3], columns[:, 3:6], columns[:, 6], columns[:, 7:], paint)
 
 
 def join_surfaces(
     meshes: Sequence[tuple[FaceSurfaces, IntArray]],
-) -> tuple[FloatArray, FloatArray, FloatArray, Paint | None]:
+) -> FaceSurfaces:
     """Put the surfaces of several meshes one after the other.
 
     Parameters
@@ -153,10 +156,8 @@ def join_surfaces(
 
     Returns
     -------
-    reflectance, emission : ndarray of shape (f, 3)
-    passed : ndarray of shape (f,)
+    FaceSurfaces
         Of all faces.
-    paint : Paint or None
     """
     parts = [
         (surface.reflectance, surface.emission, np.repeat(np.arange(len(start) - 1), np.diff(start)), surface.paint)
@@ -164,7 +165,8 @@ def join_surfaces(
     ]
     reflectance, emission = (np.concatenate([part[column] for part in parts]) for column in (0, 1))
     passed = np.concatenate([surface.passed for surface, _ in meshes])
-    return reflectance, emission, passed, join_paint(parts)
+    transmittance = np.concatenate([surface.transmittance for surface, _ in meshes])
+    return FaceSurfaces(reflectance, emission, passed, transmittance, join_paint(parts))
 
 
 def _attribute_names(tree: bpy.types.NodeTree, seen: tuple[bpy.types.NodeTree, ...] = ()) -> set[str]:

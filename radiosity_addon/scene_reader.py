@@ -134,9 +134,9 @@ def _joined(
         body.target(int(first), mirrors(body.matrix)) for body, first in zip(bodies, first_corner, strict=False)
     )
     shown = [_shown(body, materials[body.surfaces], scale) for body in bodies]
-    reflectance, emission, passed, paint = join_surfaces(shown)
+    of_faces = join_surfaces(shown)
     sizes = [len(body.mesh.material) for body in bodies]
-    opaque = blocking(passed)
+    opaque = blocking(of_faces.passed)
     plain_sky = any(isinstance(lamp, SkyLamp) and lamp.radiance.size == 3 for lamp in lamps)
     scene = Scene(
         np.concatenate([part.vertices for part in parts]),
@@ -145,8 +145,9 @@ def _joined(
             [body.mesh.topology.face_start[:-1] + first for body, first in zip(bodies, first_corner, strict=False)]
             + [first_corner[-1:]]
         ),
-        reflectance,
-        emission,
+        of_faces.reflectance,
+        of_faces.emission,
+        transmittance=of_faces.transmittance,
         corner_normals=np.concatenate([part.corner_normals for part in parts]),
         face_object=np.repeat(np.arange(len(parts)), sizes),
         object_names=[target.name for target in targets],
@@ -156,7 +157,7 @@ def _joined(
         reflects=np.repeat([body.roles.reflects for body in bodies], sizes),
         emits=np.repeat([body.roles.emits for body in bodies], sizes),
         lamps=lamps,
-        paint=paint,
+        paint=of_faces.paint,
         sides=np.full(sum(sizes), AUTO),
         warnings=notes,
     )

@@ -23,6 +23,8 @@ FEWEST, MOST = 4, 48
 _CANDIDATES = 48
 # A path turns this share of its way before the surface it hits: where it has been, it is in no other surface.
 _SHORT = 1e-3
+# Share of the paths that come to a translucent surface and go on behind it.
+_THROUGH = 0.5
 # Cosine below which a point does not see along its surface.
 _GRAZING = 1e-3
 
@@ -43,6 +45,7 @@ class LightSearch:
         self._sides = PatchSides(scene, patches, group, shape, np.ones(len(patches.face), dtype=bool))
         self._emitters = PatchSides(scene, patches, group, shape, patches.emission.any(axis=1))
         self._reach = scene_reach(scene)
+        self._translucent = scene.transmittance.any(axis=1)
         nodes = np.unique(self._emitters.node)
         self._starts = self._emitters.draw(nodes, max(1, PATHS // max(1, len(nodes))), rng)
 
@@ -149,9 +152,13 @@ class LightSearch:
         allowed = (scene.sides[face] == AUTO) | (scene.sides[face] & np.where(front, FRONT, BACK) > 0)
         hit = np.flatnonzero((face >= 0) & allowed)
         face, node = face[hit], points.node[hit]
+        # Half of what meets a translucent face goes on behind it.
+        through = self._translucent[face]
+        through[through] = self._rng.random(int(through.sum())) < _THROUGH
+        far = np.where(through, 1.0 + _SHORT, 1.0 - _SHORT)
         return SidePoints(
-            points.place[hit] + ((1.0 - _SHORT) * distance[hit])[:, None] * way[hit],
-            scene.face_normal[face] * np.where(front[hit], 1.0, -1.0)[:, None],
+            points.place[hit] + (far * distance[hit])[:, None] * way[hit],
+            scene.face_normal[face] * np.where(front[hit] ^ through, 1.0, -1.0)[:, None],
             node,
             points.alone[hit] & (self._group[face] == node // 2),
         )

@@ -87,6 +87,8 @@ def auto_sides(scene: Scene, patches: Patches, occluders: Surroundings, *, seed:
     found = lit_sides(scene, patches, group, shape, occluders, np.random.default_rng(seed))[group]
     # The front of what is turned is where the others have their back.
     own = np.where(shape.turned & (found != BOTH), FRONT + BACK - found, found)
+    # Light on one side is on the other, too, and the front shows.
+    own = np.where(scene.transmittance.any(axis=1), BOTH, own)
     sides = np.where(undecided, own, scene.sides)
     alike = undecided & ~np.isin(group, group[shape.turned])
     sides = _without_gaps(scene, sides, alike, group, patches, occluders)

@@ -165,7 +165,11 @@ def final_gather(
         aside = (_straight(more, meetings.aside, direct, sky) + more.others)[:, :3]
         links, rays, seen = links + more.links, rays + more.rays, more.sights
     slopes = find_slopes(glance.sights.pick(~close), scene, corners, elements, patches)
-    light[:, :3] = exchange(light[:, :3], meetings, slopes, aside, seen, elements, radiosity)
+    # What comes through from the other side is there whatever else shines at a place.
+    glowing = elements
+    if lit.through is not None:
+        glowing = replace(elements, emission=elements.emission + lit.through.leaving(irradiance))
+    light[:, :3] = exchange(light[:, :3], meetings, slopes, aside, seen, glowing, radiosity)
     return light[:, :3], light[:, 3:], links, rays
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..meshing import Patches
 from ..occlusion.core_part import core_part
 from ..runs import counted
+from ..translucence import piece_translucence
 from ..visibility import Occluders
 from .kernels import far_form_factors, near_form_factors
 from .links import find_links
@@ -90,7 +91,7 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
     lit = np.flatnonzero(patches.emission.any(axis=1))
     power = float((patches.area[lit, None] * patches.emission[lit]).sum())
     done = []
-    corners, room = patches.corners, max(_MOST * len(patch), _FEW)
+    corners, room, apart = patches.corners, max(_MOST * len(patch), _FEW), _FEW
     reflected = patches.reflectance.mean(axis=1)
     core = core_part(corners.min(axis=1), corners.max(axis=1))
     for depth in range(_DEEPEST + 1):
@@ -107,16 +108,28 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
         large = np.flatnonzero((extent > _WORTH_HALVING) & (urgency <= 1))
         urgency[large[_hung_over(corners[large], occluders)]] = 2.0
         coarse = (urgency > 1) & (depth < _DEEPEST)
-        if 4 * coarse.sum() > room:
-            # The most urgent only.
-            coarse[np.argsort(-urgency, kind="stable")[room // 4 :]] = False
-        room -= 4 * int(coarse.sum())
+        both = piece_translucence(corners, patch, patches)
+        if both is None:
+            room = _afforded(coarse, np.arange(len(patch)), urgency, room)
+        else:
+            # What shines through is cut alike on both sides, and finely however many other patches there are.
+            coarse[both.piece] |= coarse[both.other]
+            room = _afforded(coarse, np.flatnonzero(patches.opposite[patch] < 0), urgency, room)
+            apart = _afforded(coarse, both.piece, urgency, apart)
+            coarse[both.piece] &= coarse[both.other]
         done.append((corners[~coarse], patch[~coarse]))
         corners, patch = quarters(corners[coarse]), np.repeat(patch[coarse], 4)
     corners = np.concatenate([c for c, _ in done])
     patch = np.concatenate([p for _, p in done])
     order = np.argsort(patch, kind="stable")
     return _measured(corners[order], patch[order], patches)
+
+
+def _afforded(coarse: NDArray[np.bool_], which: Int, urgency: Float, room: int) -> int:
+    """Of some pieces that are to be split leave the most urgent that there is room for; return what room is left."""
+    if 4 * coarse[which].sum() > room:
+        coarse[which[np.argsort(-urgency[which], kind="stable")[room // 4 :]]] = False
+    return room - 4 * int(coarse[which].sum())
 
 
 def quarters(corners: Float) -> Float:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..meshing import Patches
+from ..translucence import scattered
 from .elements import Elements
 from .probes import points_shut_in
 from .solve import Lit
@@ -62,7 +63,7 @@ def shown_light(lit: Lit, patches: Patches, group: Int) -> Shown:
         _exposed_irradiance(elements, patches, group, irradiance, exposed)
         for irradiance in (solution.irradiance, straight)
     )
-    return Shown(exposed, elements.emission + elements.reflectance * H, H, first)
+    return Shown(exposed, elements.emission + scattered(elements.reflectance, H, lit.through), H, first)
 
 
 def _exposed_elements(lit: Lit) -> NDArray[np.bool_]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..progress import Progress
+from ..translucence import Translucence, scattered
 from ..visibility import Surroundings
 from .elements import Elements
 from .linking import MOST_LAMPS, check_memory
@@ -116,7 +117,9 @@ def first_look(
     return Look(elements, samples, shining, emission, scenery, receivers, rows, everywhere)
 
 
-def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float, Float, float]:
+def ambient_guess(
+    elements: Elements, direct: Float, look: Look, through: Translucence | None
+) -> tuple[Float, Float, float]:
     """Guess what is bright: direct light and an even share of the rest, as shooting displays it.
 
     Returns
@@ -130,9 +133,10 @@ def ambient_guess(elements: Elements, direct: Float, look: Look) -> tuple[Float,
     E, rho, A = elements.emission, elements.reflectance, elements.area[:, None]
     first = direct + look.irradiance()
     grey = min(float((A * rho).mean() / A.mean()), _MOST_AMBIENT)
-    ambient = (A * (rho * first + E - look.emission)).sum(axis=0) / A.sum() / (1 - grey)
+    reflected = scattered(rho, first, through)
+    ambient = (A * (reflected + E - look.emission)).sum(axis=0) / A.sum() / (1 - grey)
     typical = typical_irradiance(elements, first + ambient) or look.typical
-    return E + rho * (first + ambient), E + rho * first, typical
+    return E + reflected + rho * ambient, E + reflected, typical
 
 
 def typical_irradiance(elements: Elements, irradiance: Float, seen: Float | None = None) -> float:

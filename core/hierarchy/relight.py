@@ -14,6 +14,7 @@ import numpy as np
 from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
+from ..translucence import piece_translucence, scattered
 from .first_look import typical_irradiance
 from .linking import linked
 from .quality import Detail
@@ -109,21 +110,23 @@ def relight(relighting: Relighting, patches: Patches, *, sweeps: int = 3) -> Lit
     before, now = total[:, was].sum(axis=1)
     missed = relighting.missed * (now / np.where(before > 0, before, np.inf))
     direct = lit.direct + missed
-    E = emission + rho * direct
-    dull = _restricted(rho, relighting)
+    through = piece_translucence(elements.corners, elements.patch, patches)
+    E = emission + scattered(rho, direct, through)
+    dull = _restricted(rho if through is None else through.albedo(rho), relighting)
     B, H = E.copy(), np.zeros_like(E)
     residual = np.inf
     for _ in range(sweeps):
         H = transport.gather(B)
-        missing = E + rho * H - B
+        missing = E + scattered(rho, H, through) - B
         # What one bounce still lacks as it is, and what all further bounces add to it by the clusters.
         means = _restricted(missing, relighting)
         step = missing + (_bounced(relighting.matrix, means, dull) - means)[relighting.cluster]
         B += step
         residual = float(np.abs(step).max() / max(float(np.abs(B).max()), 1e-300))
-    irradiance = np.where(rho > 0, (B - E) / np.where(rho > 0, rho, 1), H) + direct
+    known = rho > 0 if through is None else np.zeros_like(rho, dtype=bool)
+    irradiance = np.where(known, (B - E) / np.where(known, rho, 1), H) + direct
     solution = Solution(B, irradiance, sweeps, residual < _CONVERGED, residual)
-    return replace(lit, elements=elements, solution=solution)
+    return replace(lit, elements=elements, solution=solution, through=through)
 
 
 def relit_patches(lit: Lit, patches: Patches) -> Solution:

@@ -17,6 +17,7 @@ from ..gathering import gathering
 from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
+from ..translucence import Translucence, piece_translucence, scattered
 from ..visibility import Surroundings
 from .elements import Elements, split_patches
 from .first_look import STAGE as FIRST_LOOK
@@ -40,6 +41,8 @@ _COARSE = Detail(1.5, 0.2, 0.2, 1)
 _STRAIGHT = 8
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
 _CLOSER = 0.05
+# Changes that single precision tells, relative to all.
+_FINEST = 1e-6
 # Sweeps that tell well enough where the light is, so that energy can be put in balance for the others.
 _FIRST = 64
 
@@ -64,6 +67,8 @@ class Lit:
         Lit by the solution, for a final gather.
     lamps : Scenery or None
         The lamps alone.
+    through : Translucence or None
+        Which elements have light from their other side.
     rays : int
         Cast up to here.
     """
@@ -76,6 +81,7 @@ class Lit:
     straight: Float
     scenery: Scenery
     lamps: Scenery | None
+    through: Translucence | None
     rays: int
 
 
@@ -112,6 +118,7 @@ def solve(
     Lit
     """
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
+    through = piece_translucence(elements.corners, elements.patch, patches)
     yield Progress("Elements", 1.0)
     around = find_neighbourhoods(elements, occluders) if len(elements) > _FEW else None
     # That light is only to be passed on: of very many elements some look for those around them.
@@ -121,23 +128,23 @@ def solve(
         H0 = some.spread(direct(elements.centre[some.element], elements.normal[some.element]))
     look = yield from first_look(elements, some, H0, occluders, quality, workers)
     # A few samples tell where the light is, and the links are made for that.
-    guess, known, typical = ambient_guess(elements, H0, look)
+    guess, known, typical = ambient_guess(elements, H0, look, through)
     scenery = build_scenery(elements, guess, typical, occluders, known)
     some = choose_samples(elements, occluders, _FEW, around)
-    steps = _bounces(some, scenery, look, H0, guess, _COARSE, workers, iterations, _COARSELY)
+    steps = _bounces(some, scenery, look, H0, through, guess, _COARSE, workers, iterations, _COARSELY)
     roughly, rough = yield from _renamed(steps, FIRST_LOOK)
     typical = typical_irradiance(elements, rough.irradiance, roughly.row_sums()) or typical
     scenery = build_scenery(elements, rough.radiosity, typical, occluders)
     yield Progress(LINKS, 0.0)
     samples = choose_samples(elements, occluders, quality.samples, around)
     transport, solution = yield from _bounces(
-        samples, scenery, look, H0, rough.radiosity, quality.solve, workers, iterations, tolerance
+        samples, scenery, look, H0, through, rough.radiosity, quality.solve, workers, iterations, tolerance
     )
     typical = typical_irradiance(elements, solution.irradiance, transport.row_sums()) or typical
     scenery = relit(scenery, elements, solution.radiosity, typical)
     straight = look.irradiance(transport.sums)
     rays = look.rays + transport.rays
-    return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, rays)
+    return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, through, rays)
 
 
 def _bounces(
@@ -145,6 +152,7 @@ def _bounces(
     scenery: Scenery,
     look: Look,
     direct: Float,
+    through: Translucence | None,
     guess: Float,
     detail: Detail,
     workers: Executor,
@@ -159,12 +167,12 @@ def _bounces(
     transport = yield from hierarchical_transport(elements, samples, scenery, detail, workers)
     straight, rho = direct + look.irradiance(transport.sums), elements.reflectance
     dim = elements.emission - look.emission
-    source = dim + rho * straight
+    source = dim + scattered(rho, straight, through)
     # Where the light is decides how much of it goes amiss: once by the guess, once by the solution. The first sweep, of
     # what is emitted, is direct light (T6).
     transport = transport.balanced(guess - look.emission)
     first = yield from gathering(
-        transport, source, rho, iterations=min(iterations, _FIRST), tolerance=tolerance, start=dim
+        transport, source, rho, iterations=min(iterations, _FIRST), tolerance=tolerance, start=dim, through=through
     )
     solution = first
     if iterations > 1:
@@ -176,8 +184,9 @@ def _bounces(
             source,
             rho,
             iterations=iterations - done,
-            tolerance=_CLOSER * tolerance,
+            tolerance=max(_CLOSER * tolerance, min(tolerance, _FINEST)),
             start=first.radiosity if done else dim,
+            through=through,
         )
         converged = solution.residual <= tolerance
         solution = replace(solution, iterations=done + solution.iterations, converged=converged)

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..arrays import FloatArray
-from ..hierarchy.corners import COVERED, corner_receivers, final_gather
+from ..hierarchy.corners import COVERED, Corners, corner_receivers, final_gather
 from ..hierarchy.exposed import shown_light
 from ..hierarchy.quality import QUALITIES
 from ..hierarchy.solve import Lit, patch_solution, solve
@@ -21,9 +21,12 @@ from ..progress import Progress
 from ..report import Energy, energy_balance
 from ..scene import Scene
 from ..settings import Settings
+from ..translucence import LightBehind, behind
 from ..visibility import Surroundings
 from .clock import Clock
 from .solved import Solved
+
+Gathering = Generator[Progress, None, tuple[FloatArray, FloatArray, int, int]]
 
 
 def hierarchical(
@@ -66,8 +69,18 @@ def hierarchical(
         near = [lamp for lamp in scene.lamps if not isinstance(lamp, SkyLamp)]
         far = [lamp for lamp in scene.lamps if isinstance(lamp, SkyLamp)]
         direct, sky = (partial(lamps, lamps=some) if some else None for some in (near, far))
-        gather = final_gather(scene, corners, lit, shown, patches, quality, workers, direct=direct, sky=sky)
-        H, first, links, rays = yield from clock.watch(gather)
+
+        def gather(scene: Scene, corners: Corners, patches: Patches) -> Gathering:
+            steps = final_gather(scene, corners, lit, shown, patches, quality, workers, direct=direct, sky=sky)
+            return clock.watch(steps)
+
+        H, first, links, rays = yield from gather(scene, corners, patches)
+        back, beyond = behind(scene, patches), None
+        if back is not None:
+            others = corner_receivers(back.scene)
+            there, straight, more_links, more_rays = yield from gather(back.scene, others, back.patches)
+            beyond = LightBehind(back.corner, there[others.group], straight[others.group])
+            links, rays = links + more_links, rays + more_rays
     return Solved(
         solution=patch_solution(lit, patches),
         corner_irradiance=H[corners.group],
@@ -78,6 +91,7 @@ def hierarchical(
         links=lit.transport.links + links,
         rays=lit.rays + rays,
         seconds=_seconds(clock),
+        behind=beyond,
     )
 
 
@@ -106,7 +120,8 @@ def _energy(lit: Lit) -> Energy:
     elements, solution, A = lit.elements, lit.solution, lit.elements.area[:, None]
     source = elements.emission - lit.lamp + lit.direct + lit.straight
     others = replace(solution, radiosity=solution.radiosity - lit.lamp)
-    energy = energy_balance(elements.area, source, elements.reflectance, others, lit.transport.sent())
+    albedo = elements.reflectance if lit.through is None else lit.through.albedo(elements.reflectance)
+    energy = energy_balance(elements.area, source, albedo, others, lit.transport.sent())
     # What lamps send and nothing receives.
     lost = float((A * (lit.lamp - lit.straight)).sum())
     emitted = energy.emitted + lost

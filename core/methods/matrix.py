@@ -22,6 +22,7 @@ from ..settings import Settings
 from ..shading import corner_irradiance
 from ..shooting import shooting
 from ..solution import Solution
+from ..translucence import LightBehind, behind, patch_translucence, scattered
 from ..transport import MOST_SENT, reciprocity_error
 from ..visibility import Surroundings
 from .clock import Clock
@@ -59,10 +60,11 @@ def by_gathering(
     transport = yield from clock.watch(steps)
     reciprocity = reciprocity_error(transport)
     H0 = direct_light(scene, patches.centre, patches.normal, settings, occluders)
-    E, rho = patches.emission + patches.reflectance * H0, patches.reflectance
-    solution = yield from clock.watch(
-        gathering(transport, E, rho, iterations=settings.iterations, tolerance=settings.tolerance)
-    )
+    rho, through = patches.reflectance, patch_translucence(patches)
+    E = patches.emission + scattered(rho, H0, through)
+    most, least = settings.iterations, settings.tolerance
+    solver = gathering(transport, E, rho, iterations=most, tolerance=least, through=through)
+    solution = yield from clock.watch(solver)
     solution = replace(solution, direct=transport.gather(patches.emission))
     sums = transport.row_sums()
     return _interpolated(scene, patches, H0, solution, sums, reciprocity, transport.links, transport.rays, clock)
@@ -99,10 +101,10 @@ def by_shooting(
     # As many shots as that many sweeps have patches.
     most = settings.iterations * len(patches.area)
     H0 = direct_light(scene, patches.centre, patches.normal, settings, occluders)
-    E, rho = patches.emission + patches.reflectance * H0, patches.reflectance
-    solution = yield from clock.watch(
-        shooting(transport, E, rho, iterations=most, tolerance=settings.tolerance, own=patches.emission)
-    )
+    rho, through = patches.reflectance, patch_translucence(patches)
+    E, least = patches.emission + scattered(rho, H0, through), settings.tolerance
+    steps = shooting(transport, E, rho, iterations=most, tolerance=least, own=patches.emission, through=through)
+    solution = yield from clock.watch(steps)
     sums = transport.row_sums()
     return _interpolated(scene, patches, H0, solution, sums, None, transport.links, transport.rays, clock)
 
@@ -122,7 +124,12 @@ def _interpolated(
     begun = time.perf_counter()
     first = direct if solution.direct is None else solution.direct + direct
     solution = replace(solution, irradiance=solution.irradiance + direct, direct=first)
-    H, first = (corner_irradiance(scene, patches, light) for light in (solution.irradiance, first))
+    lights = solution.irradiance, first
+    H, first = (corner_irradiance(scene, patches, light) for light in lights)
+    back = behind(scene, patches)
+    beyond = None
+    if back is not None:
+        beyond = LightBehind(back.corner, *(corner_irradiance(back.scene, back.patches, light) for light in lights))
     spent = clock.seconds
     seconds = {
         "form_factors": spent["form factors"],
@@ -130,6 +137,7 @@ def _interpolated(
         "shade": time.perf_counter() - begun,
     }
     # What arrives from lamps counts as emitted.
-    E, rho = patches.emission + direct, patches.reflectance
-    energy = energy_balance(patches.area, E, rho, solution, np.minimum(sums, MOST_SENT))
-    return Solved(solution, H, first, sums, energy, reciprocity, links, rays, seconds)
+    through = patch_translucence(patches)
+    albedo = patches.reflectance if through is None else through.albedo(patches.reflectance)
+    energy = energy_balance(patches.area, patches.emission + direct, albedo, solution, np.minimum(sums, MOST_SENT))
+    return Solved(solution, H, first, sums, energy, reciprocity, links, rays, seconds, beyond)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from ..arrays import FloatArray
 from ..report import Energy
 from ..solution import Solution
+from ..translucence import LightBehind
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +28,8 @@ class Solved:
         Pairs that exchange light, and segments tested for visibility.
     seconds : dict
         Time of each stage: form_factors, solve, shade, and what they are made of.
+    behind : LightBehind or None
+        What arrives on the other side at corners of translucent faces; None where there are none.
     """
 
     solution: Solution
@@ -38,3 +41,4 @@ class Solved:
     links: int
     rays: int
     seconds: dict[str, float]
+    behind: LightBehind | None = None

@@ -46,7 +46,8 @@ def unnoticed(scene: Scene) -> BoolArray:
 
     What is seen through them fills their place; counted beside it, there would be more around than there is.
     """
-    dark = ~scene.reflects | (scene.reflectance.max(axis=1, initial=0.0) <= _FAINT)
+    bright = (scene.reflectance + scene.transmittance).max(axis=1, initial=0.0)
+    dark = ~scene.reflects | (bright <= _FAINT)
     dark &= ~(scene.emits & scene.emission.any(axis=1))
     clear: BoolArray = dark & ~scene.occludes & ~scene.shades
     # Where there is nothing else, there is something to look at.

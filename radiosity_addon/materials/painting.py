@@ -16,7 +16,7 @@ from ...core.paint.samples import PaintSamples, paint_samples
 from .cycles_bake import MOST, Job, available, bake_surfaces
 from .images import Images
 from .points import Ground, Points
-from .reading import Unreadable, read_material, read_points
+from .reading import COLUMNS, Surface, Unreadable, read_material, read_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,8 +40,8 @@ class Painting:
     ground : Ground
     varying : dict of int to bpy.types.Material
         These materials by slot.
-    plain : ndarray of shape (f, 7)
-        Reflectance, emission and what goes through, of the faces of all other slots.
+    plain : ndarray of shape (f, 10)
+        The columns of `Surface` for the faces of all other slots.
     """
 
     ground: Ground
@@ -60,11 +60,11 @@ def paint_meshes(paintings: Sequence[Painting], notes: list[str]) -> list[tuple[
 
     Returns
     -------
-    list of (ndarray of shape (f, 7), Paint)
-        For each mesh reflectance, emission and what goes through, of its faces, and how they vary inside.
+    list of (ndarray of shape (f, 10), Paint)
+        For each mesh the columns of `Surface` for its faces, and how reflectance and emission vary inside.
     """
     samples = [paint_samples(parts) for parts in _parts(paintings)]
-    values = [np.zeros((len(each.triangle), 7), np.float32) for each in samples]
+    values = [np.zeros((len(each.triangle), COLUMNS), np.float32) for each in samples]
     told: dict[str, None] = {}
     left = []
     # Material by material, so that few images are held at a time.
@@ -95,8 +95,8 @@ def _read(
     told: dict[str, None],
     strict: bool = True,
 ) -> NDArray[np.float32]:
-    """Return reflectance, exitance and what goes through at points, shape (s, 7)."""
-    parts = [np.zeros((0, 7), np.float32)]
+    """Return the columns of `Surface` at points, shape (s, 10)."""
+    parts = [np.zeros((0, COLUMNS), np.float32)]
     for first in range(0, len(samples.triangle), _AT_ONCE):
         part = samples.take(slice(first, first + _AT_ONCE))
         surface = read_points(material, Points(ground, part), images, strict=strict)
@@ -125,8 +125,7 @@ def _bake(
             reason = f"Cycles says {str(error).strip().splitlines()[-1]}"
         else:
             for (material, number, here), (reflectance, radiance) in zip(left, baked, strict=True):
-                passed = np.broadcast_to(read_material(material).passed, (len(here), 1))
-                values[number][here] = np.concatenate([reflectance, np.pi * radiance, passed], axis=1)
+                values[number][here] = _divided(reflectance, radiance, read_material(material))
             cells = sum(len(here) for _, _, here in left) // 3
             if cells > MOST:
                 told[f"Node networks on {cells} triangles are read on {MOST} of them; the others are like the mean"] = (
@@ -137,6 +136,14 @@ def _bake(
         told[f"Material '{material.name_full}' is read as a constant: {reason}"] = None
         picked = _picked(samples[number], here)
         values[number][here] = _read(material, paintings[number].ground, picked, images, told, strict=False)
+
+
+def _divided(scattered: Array, radiance: Array, roughly: Surface) -> Array:
+    """Return the columns of `Surface` of what Cycles baked, shape (n, 10); it does not tell what goes through."""
+    whole = roughly.reflectance + roughly.transmittance
+    beyond = np.divide(roughly.transmittance, whole, out=np.zeros(3), where=whole > 0.0)
+    passed = np.broadcast_to(roughly.passed, (len(scattered), 1))
+    return np.concatenate([(1.0 - beyond) * scattered, np.pi * radiance, passed, beyond * scattered], axis=1)
 
 
 def _parts(paintings: Sequence[Painting]) -> list[IntArray]:

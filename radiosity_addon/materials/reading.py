@@ -35,7 +35,9 @@ class Surface:
     emission : ndarray of shape (3,) or (n, 3)
         Radiant exitance [W/m^2], not below 0: pi times Blender's color times strength.
     passed : ndarray of shape (1,) or (n, 1)
-        Share of light that goes on behind it, 0 to 1.
+        Share of light that goes straight on behind it, 0 to 1.
+    transmittance : ndarray of shape (3,) or (n, 3)
+        Share that leaves diffusely on its other side, not below 0.
     warnings : tuple of str
         What was read otherwise than Blender would render it.
     """
@@ -43,15 +45,18 @@ class Surface:
     reflectance: Array
     emission: Array
     passed: Array
+    transmittance: Array
     warnings: tuple[str, ...] = ()
 
     @property
     def columns(self) -> Array:
-        """All of it side by side, shape (7,) or (n, 7)."""
-        return np.concatenate([self.reflectance, self.emission, self.passed], axis=-1)
+        """All of it side by side, shape (10,) or (n, 10)."""
+        return np.concatenate([self.reflectance, self.emission, self.passed, self.transmittance], axis=-1)
 
 
-OPAQUE = np.zeros(1)
+# How many columns that are.
+COLUMNS = 10
+OPAQUE = np.zeros(1), np.zeros(3)
 
 
 def read_material(material: bpy.types.Material | None) -> Surface:
@@ -115,38 +120,40 @@ def read_points(material: bpy.types.Material, points: Points, images: Images, *,
     """
     surface = _read(material, Network(read_output, images, points, strict))
     count = len(points.samples.triangle)
-    parts = (surface.reflectance, surface.emission, surface.passed)
+    parts = (surface.reflectance, surface.emission, surface.passed, surface.transmittance)
     return Surface(*(np.broadcast_to(part, (count, part.shape[-1])) for part in parts), surface.warnings)
 
 
 def _read(material: bpy.types.Material | None, network: Network) -> Surface:
     if material is None:
-        return Surface(np.full(3, DEFAULT_REFLECTANCE), np.zeros(3), OPAQUE)
+        return Surface(np.full(3, DEFAULT_REFLECTANCE), np.zeros(3), *OPAQUE)
     if not uses_nodes(material):
-        return Surface(np.array(material.diffuse_color[:3], dtype=float).clip(0.0), np.zeros(3), OPAQUE)
+        return Surface(np.array(material.diffuse_color[:3], dtype=float).clip(0.0), np.zeros(3), *OPAQUE)
     output = output_node(material.node_tree)
     if output is None:
         network.note("it has no Material Output node and is black")
-        reflectance, radiance, passed = Shading()
+        shading = Shading()
     elif not output.inputs["Surface"].is_linked and output.inputs["Volume"].is_linked:
         # Blender shows no surface round fog.
         network.note("its volume is left out, and light goes through")
-        reflectance, radiance, passed = Shading(passed=np.ones(3))
+        shading = Shading(passed=np.ones(3))
     else:
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                reflectance, radiance, passed = read_shader(Place(network), output.inputs["Surface"])
+                shading = read_shader(Place(network), output.inputs["Surface"])
         except RecursionError as error:
             raise Unreadable("a network of very many nodes") from error
-    if (reflectance < 0.0).any() or (radiance < 0.0).any():
+    colors = (shading.reflectance, shading.radiance, shading.transmittance)
+    if any((color < 0.0).any() for color in colors):
         network.note("a negative color or strength counts as 0")
-    if not (np.isfinite(reflectance).all() and np.isfinite(radiance).all()):
+    if not all(np.isfinite(color).all() for color in colors):
         network.note("a color or strength that is not a finite number counts as 0")
     # A surface of radiance L has the exitance pi L.
     return Surface(
-        _clean(reflectance),
-        np.pi * _clean(radiance),
-        _clean(passed).mean(axis=-1, keepdims=True).clip(0.0, 1.0),
+        _clean(shading.reflectance),
+        np.pi * _clean(shading.radiance),
+        _clean(shading.passed).mean(axis=-1, keepdims=True).clip(0.0, 1.0),
+        _clean(shading.transmittance),
         tuple(f"Material '{material.name_full}': {note}" for note in network.notes),
     )
 

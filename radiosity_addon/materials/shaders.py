@@ -30,12 +30,15 @@ class Shading(NamedTuple):
     radiance : ndarray
         That it emits.
     passed : ndarray
-        Share of light that goes on behind it.
+        Share of light that goes straight on behind it.
+    transmittance : ndarray
+        Share that leaves diffusely on its other side.
     """
 
     reflectance: Array = _NONE
     radiance: Array = _NONE
     passed: Array = _NONE
+    transmittance: Array = _NONE
 
     def scaled(self, factor: Array) -> Shading:
         """Return a share of this."""
@@ -145,9 +148,7 @@ def _mix(place: Place, node: Node) -> Shading:
 
 
 def _translucent(place: Place, node: Node) -> Shading:
-    place.network.note(f"'{node.name}' reflects half of its light, and lets the other half go straight on")
-    half = 0.5 * place.value(node, "Color").clip(0.0)
-    return Shading(reflectance=half, passed=half)
+    return Shading(transmittance=place.value(node, "Color"))
 
 
 def _clear(place: Place, node: Node) -> Shading:

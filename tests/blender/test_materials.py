@@ -174,7 +174,6 @@ def test_an_empty_group_is_black_and_an_unknown_shader_told(read, blender):
         ('ShaderNodeBsdfGlass', 0.0, 0.6),
         ('ShaderNodeBsdfRefraction', 0.0, 0.6),
         ('ShaderNodeBsdfTransparent', 0.0, 0.6),
-        ('ShaderNodeBsdfTranslucent', (0.45, 0.3, 0.15), 0.3),
     ],
 )
 def test_what_is_not_diffuse_reflects_less_and_is_told(read, kind, reflectance, passed):

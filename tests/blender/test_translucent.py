@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lampshades, curtains, paper and leaves: what they let through leaves diffusely on their other side, as in Cycles."""
+
+import numpy as np
+import pytest
+
+from tests.blender.building import CUBE_FACES, CUBE_VERTICES, add_mesh, add_shader, colors, node_material
+
+PAPER = (0.9, 0.6, 0.3)
+
+
+def translucent(name="Paper", share=1.0):
+    """Return a material that lets a share of its light through, and reflects the rest."""
+    material, output = node_material(name)
+    mix = add_shader(material, 'ShaderNodeMixShader', output.inputs[0])
+    mix.inputs[0].default_value = share
+    for kind, socket in (('ShaderNodeBsdfDiffuse', 1), ('ShaderNodeBsdfTranslucent', 2)):
+        add_shader(material, kind, mix.inputs[socket], Color=(*PAPER, 1.0))
+    return material
+
+
+def cut_cube(scene, name, material, low, size, parts, inward):
+    """Add a cube of which each side is cut into a grid."""
+    corners, faces = [], []
+    for face in CUBE_FACES:
+        a, b, c, d = low + size * np.array(CUBE_VERTICES, float)[list(face[::-1] if inward else face)]
+        s, t = (axis.ravel()[:, None] / parts for axis in np.meshgrid(*[np.arange(parts + 1)] * 2))
+        first, step = len(corners), parts + 1
+        corners += ((1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d).tolist()
+        cells = [first + j * step + i for j in range(parts) for i in range(parts)]
+        faces += [(k, k + 1, k + 1 + step, k + step) for k in cells]
+    return add_mesh(scene, name, corners, faces, material)
+
+
+@pytest.fixture
+def shaded(scene, blender):
+    """Add a room with a point lamp in a paper shade; return room and shade."""
+    material, output = node_material("White")
+    add_shader(material, 'ShaderNodeBsdfDiffuse', output.inputs[0], Color=(0.6, 0.6, 0.6, 1.0))
+    room = cut_cube(scene, "Room", material, np.zeros(3), 2.0, 6, True)
+    shade = cut_cube(scene, "Shade", translucent(share=0.6), np.array((0.65, 0.75, 0.95)), 0.5, 4, False)
+    light = blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", 'POINT'))
+    light.location, light.data.energy, light.data.shadow_soft_size = (0.9, 1.0, 1.2), 50.0, 0.05
+    scene.collection.objects.link(light)
+    return room, shade
+
+
+def cycles(blender, scene, objects, samples=256):
+    """Let Cycles bake the light of objects at their corners."""
+    scene.render.engine = 'CYCLES'
+    settings = scene.cycles
+    settings.device, settings.samples, settings.seed = 'CPU', samples, 0
+    settings.use_adaptive_sampling = settings.use_denoising = False
+    settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0
+    settings.max_bounces = settings.diffuse_bounces = settings.transmission_bounces = 64
+    for obj in objects:
+        layers = obj.data.color_attributes
+        layers.active_color = layers.new("Cycles", 'FLOAT_COLOR', 'CORNER')
+        obj.select_set(True)
+    blender.context.view_layer.objects.active = objects[0]
+    blender.ops.object.bake(type='COMBINED', target='VERTEX_COLORS')
+    return [colors(obj.data, "Cycles")[:, :3] for obj in objects]
+
+
+def test_a_lampshade_glows_and_lights_the_room_as_in_cycles(bake, scene, blender, shaded):
+    assert bake(quality='medium') == []
+    for obj, theirs in zip(shaded, cycles(blender, scene, shaded), strict=True):
+        ours = colors(obj.data)[:, :3]
+        np.testing.assert_allclose(ours.mean(axis=0), theirs.mean(axis=0), rtol=0.015)
+    # Corner by corner on the shade, which is brighter than its noise.
+    assert np.sqrt(((ours - theirs) ** 2).mean()) < 0.05 * theirs.mean()
+
+
+def test_copies_that_are_cut_finer_glow_too(bake_copies, scene, shaded):
+    copies = {copy["radiosity_copy_of"]: copy.data for copy in bake_copies(quality='preview', max_edge=0.2)}
+    assert len(copies["Shade"].polygons) == 6 * 6**2
+    glow, wall = (colors(copies[name])[:, :3].mean(axis=0) for name in ("Shade", "Room"))
+    assert glow[0] > 5.0 * wall[0]
+    # What goes to and fro inside takes on more of the tint.
+    assert (glow[1:] / glow[0] < np.array(PAPER[1:]) / PAPER[0]).all()
+
+
+def test_what_goes_through_is_read_and_nothing_is_left_to_tell(addon, extension):
+    surface = addon("materials").read_material(translucent(share=0.25))
+    np.testing.assert_allclose(surface.reflectance, 0.75 * np.array(PAPER), rtol=1e-6)
+    np.testing.assert_allclose(surface.transmittance, 0.25 * np.array(PAPER), rtol=1e-6)
+    assert (surface.passed, surface.warnings) == (0.0, ())
+
+
+def test_what_cycles_bakes_is_shared_out_between_both_sides(read_surfaces, scene):
+    """Cycles' diffuse color has both in one."""
+    material = translucent("Noisy", share=0.25)
+    tree = material.node_tree
+    noise = add_shader(material, 'ShaderNodeTexNoise')
+    for node in tree.nodes:
+        if node.bl_idname == 'ShaderNodeBsdfTranslucent':
+            tree.links.new(noise.outputs["Color"], node.inputs["Color"])
+    obj = add_mesh(scene, "Sheet", [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], [(0, 1, 2, 3)], material)
+    (surfaces,), _ = read_surfaces(obj)
+    whole = surfaces.reflectance + surfaces.transmittance
+    # Noise is 0.5 on the mean.
+    np.testing.assert_allclose(whole[0], 0.75 * np.array(PAPER) + 0.25 * 0.5, atol=0.05)
+    assert (surfaces.transmittance > 0.05).all()
