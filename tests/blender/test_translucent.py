@@ -72,8 +72,8 @@ def test_a_lampshade_glows_and_lights_the_room_as_in_cycles(bake, scene, blender
 
 
 def test_copies_that_are_cut_finer_glow_too(bake_copies, scene, shaded):
-    copies = {copy["radiosity_copy_of"]: copy.data for copy in bake_copies(quality='preview', max_edge=0.2)}
-    assert len(copies["Shade"].polygons) == 6 * 6**2
+    copies = {copy["radiosity_copy_of"]: copy.data for copy in bake_copies(quality='preview', max_edge=0.1)}
+    assert len(copies["Shade"].polygons) == 6 * 8**2
     glow, wall = (colors(copies[name])[:, :3].mean(axis=0) for name in ("Shade", "Room"))
     assert glow[0] > 5.0 * wall[0]
     # What goes to and fro inside takes on more of the tint.
