@@ -18,6 +18,8 @@ import bpy
 import numpy as np
 
 from ..core.lighting.lamps import Lamp, SkyLamp, SunLamp
+from .materials.copies import lacking_images, readable_copy
+from .materials.images import NEUTRAL
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,6 +56,8 @@ def render_sky(world: bpy.types.World, notes: list[str]) -> tuple[Lamp, ...]:
     if not hasattr(bpy.types.Scene, "cycles"):
         notes.append(f"World '{world.name_full}' gives no light: Cycles, which reads its nodes, is not enabled")
         return ()
+    for image in lacking_images(world.node_tree):
+        notes.append(f"World '{world.name_full}': {image}; {NEUTRAL} is used in its place")
     try:
         with _scene(world) as scene:
             sky = _render(scene, ROWS, (0, ROWS, 0, 2 * ROWS), SAMPLES)
@@ -118,13 +122,18 @@ def _pixels(rows: int, window: Window) -> tuple[Array, Array]:
 
 @contextmanager
 def _scene(world: bpy.types.World) -> Iterator[bpy.types.Scene]:
-    """Give a scene that shows a world and nothing else, all around, for as long as the block runs."""
+    """Give a scene that shows what a world lights with, and nothing else, all around, for as long as the block runs.
+
+    That is a copy of the world: a world may show cameras something else.
+    """
     known = _RESULT in bpy.data.images
     scene = bpy.data.scenes.new(_NAME)
     data = bpy.data.cameras.new(_NAME)
     camera = bpy.data.objects.new(_NAME, data)
+    made: list[bpy.types.ID] = [camera, data]
     try:
-        scene.world, scene.camera = world, camera
+        scene.world, scene.camera = readable_copy(world, made), camera
+        scene.world.cycles_visibility.camera = True
         scene.collection.objects.link(camera)
         data.type = 'PANO'
         # From 5.0 on the camera has it itself.
@@ -144,7 +153,7 @@ def _scene(world: bpy.types.World) -> Iterator[bpy.types.Scene]:
         yield scene
     finally:
         bpy.data.scenes.remove(scene)
-        bpy.data.batch_remove([camera, data])
+        bpy.data.batch_remove(made)
         if not known and _RESULT in bpy.data.images:
             bpy.data.images.remove(bpy.data.images[_RESULT])
 

@@ -32,6 +32,8 @@ def read_world(world: bpy.types.World | None, notes: list[str]) -> tuple[Lamp, .
     """
     if world is None or not world.cycles_visibility.diffuse:
         return ()
+    if _has_volume(world):
+        notes.append(f"World '{world.name_full}': its volume is not read, there is no fog")
     color = _constant(world)
     if color is None:
         return render_sky(world, notes)
@@ -43,12 +45,26 @@ def read_world(world: bpy.types.World | None, notes: list[str]) -> tuple[Lamp, .
     return (SkyLamp(world.name_full, color.reshape(1, 1, 3)),) if color.any() else ()
 
 
+def _has_nodes(world: bpy.types.World) -> bool:
+    # From 5.0 on every world uses nodes, and asking for `use_nodes` warns that it will go.
+    return world.node_tree is not None and (bpy.app.version >= (5, 0, 0) or world.use_nodes)
+
+
+def _output(world: bpy.types.World) -> bpy.types.ShaderNode | None:
+    """Return the node that says what Cycles shows of a world."""
+    return world.node_tree.get_output_node('CYCLES') or world.node_tree.get_output_node('ALL')
+
+
+def _has_volume(world: bpy.types.World) -> bool:
+    output = _output(world) if _has_nodes(world) else None
+    return output is not None and output.inputs["Volume"].is_linked
+
+
 def _constant(world: bpy.types.World) -> NDArray[np.float64] | None:
     """Return the radiance of a world of one color; None for any other."""
-    # From 5.0 on every world uses nodes, and asking for `use_nodes` warns that it will go.
-    if world.node_tree is None or (bpy.app.version < (5, 0, 0) and not world.use_nodes):
+    if not _has_nodes(world):
         return np.array(world.color, dtype=float)
-    output = world.node_tree.get_output_node('CYCLES') or world.node_tree.get_output_node('ALL')
+    output = _output(world)
     if output is None or not output.inputs["Surface"].is_linked:
         return np.zeros(3)
     shader = output.inputs["Surface"].links[0].from_node

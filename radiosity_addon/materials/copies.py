@@ -1,31 +1,35 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Copies of materials that Cycles bakes as the network would be read: without gloss, seen by diffuse light."""
+"""Copies of materials and worlds for Cycles to show as they would be read: without gloss, seen by diffuse light."""
 
 from __future__ import annotations
+
+from typing import TypeVar
 
 import bpy
 
 from .images import NEUTRAL
 
+Shown = TypeVar("Shown", bpy.types.Material, bpy.types.World)
+_IMAGES = {'ShaderNodeTexImage', 'ShaderNodeTexEnvironment'}
 # What a ray of diffuse light is; everything else is 0.
 _SEEN = {'Is Diffuse Ray', 'Is Reflection Ray', 'Ray Depth', 'Diffuse Depth'}
 
 
-def readable_copy(material: bpy.types.Material, made: list[bpy.types.ID]) -> bpy.types.Material:
-    """Copy a material with all groups in it.
+def readable_copy(block: Shown, made: list[bpy.types.ID]) -> Shown:
+    """Copy a material or a world with all groups in it.
 
     Parameters
     ----------
-    material : bpy.types.Material
+    block : bpy.types.Material or bpy.types.World
         It has nodes.
     made : list
         The copies are added to it.
 
     Returns
     -------
-    bpy.types.Material
+    bpy.types.Material or bpy.types.World
     """
-    copy = material.copy()
+    copy = block.copy()
     made.append(copy)
     _prepare(copy.node_tree, made)
     return copy
@@ -41,6 +45,9 @@ def _prepare(tree: bpy.types.NodeTree, made: list[bpy.types.ID]) -> None:
             # Displaced points would be elsewhere.
             for name in ("Displacement", "Volume"):
                 _cut(tree, node.inputs[name])
+        elif node.bl_idname == 'ShaderNodeOutputWorld':
+            # A fog without end would hide the sky.
+            _cut(tree, node.inputs["Volume"])
         elif node.bl_idname == 'ShaderNodeBsdfPrincipled':
             # What the gloss above the base takes away comes back as gloss.
             gloss = node.inputs["Specular IOR Level"]
@@ -49,10 +56,29 @@ def _prepare(tree: bpy.types.NodeTree, made: list[bpy.types.ID]) -> None:
         elif node.bl_idname == 'ShaderNodeLightPath':
             for output in node.outputs:
                 _replace(tree, output, 1.0 if output.identifier in _SEEN else 0.0)
-        elif node.bl_idname == 'ShaderNodeTexImage' and (node.image is None or 0 in node.image.size[:]):
+        elif node.bl_idname in _IMAGES and _lacks_image(node):
             # Cycles would show pink.
             _replace(tree, node.outputs["Color"], NEUTRAL)
-            _replace(tree, node.outputs["Alpha"], 1.0)
+            for alpha in node.outputs[1:]:
+                _replace(tree, alpha, 1.0)
+
+
+def lacking_images(tree: bpy.types.NodeTree) -> list[str]:
+    """Tell which images a node tree wants to show but has not, those of its groups included, one line each."""
+    lines: dict[str, None] = {}
+    for node in tree.nodes:
+        if node.bl_idname == 'ShaderNodeGroup' and node.node_tree is not None:
+            lines |= dict.fromkeys(lacking_images(node.node_tree))
+        elif node.bl_idname in _IMAGES and _lacks_image(node) and any(output.is_linked for output in node.outputs):
+            image = node.image
+            line = f"'{node.name}' has no image" if image is None else f"image '{image.name_full}' is missing"
+            lines[line] = None
+    return list(lines)
+
+
+def _lacks_image(node: bpy.types.ShaderNode) -> bool:
+    """Tell whether a node has no image, or one whose file is missing."""
+    return node.image is None or 0 in node.image.size[:]
 
 
 def _cut(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> None:

@@ -191,6 +191,32 @@ def test_a_world_by_direction(scene, blender, cycles, direct):
     assert [lamp.radiance.shape[2] for lamp in read.lamps] == [3]
 
 
+def test_a_world_lights_as_diffuse_rays_see_it(scene, blender, cycles, direct):
+    tree, background = make_world(blender, scene)
+    path, mix = tree.nodes.new('ShaderNodeLightPath'), tree.nodes.new('ShaderNodeMixShader')
+    shown, lost = tree.nodes.new('ShaderNodeBackground'), tree.nodes.new('ShaderNodeTexEnvironment')
+    shown.inputs["Color"].default_value = (1.0, 0.0, 0.0, 1.0)
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(background.outputs[0], mix.inputs[1])
+    tree.links.new(shown.outputs[0], mix.inputs[2])
+    output = tree.get_output_node('CYCLES')
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    scene.world.cycles_visibility.camera = False
+    add_square(scene, "Plate", z=0.7, size=1.5)
+    worlds = set(blender.data.worlds)
+    found, read = direct()
+    assert set(blender.data.worlds) == worlds and not read.warnings
+    agree(found, cycles())
+    # Without its file an image would be pink, and within fog there would be no sky.
+    tree.links.new(lost.outputs[0], background.inputs["Color"])
+    tree.links.new(tree.nodes.new('ShaderNodeVolumeScatter').outputs[0], output.inputs["Volume"])
+    background.inputs["Strength"].default_value = 3.0
+    found, read = direct()
+    assert read.lamps[0].radiance.mean(axis=(0, 1)) == pytest.approx([1.5, 1.5, 1.5])
+    assert ["volume" in line for line in read.warnings] == [True, False]
+    assert ["has no image" in line for line in read.warnings] == [False, True]
+
+
 def test_the_sun_in_a_sky_casts_its_own_shadow(scene, blender, cycles, direct):
     tree, background = make_world(blender, scene)
     sky = tree.nodes.new('ShaderNodeTexSky')
