@@ -18,6 +18,7 @@ from .scene import AUTO, Scene
 from .settings import Settings
 from .shading import corner_colours
 from .solution import Solution
+from .unshown import differing_sides, light_between_corners
 from .visibility import Surroundings, scene_occluders
 
 # Row sums above this are worth a warning; in corners the centre kernel reaches 1.24 whatever the meshing.
@@ -120,6 +121,8 @@ def _report(scene: Scene, patches: Patches, settings: Settings, solved: Solved, 
             "iterations, or darken what is nearly white"
         )
     warnings += scene.warnings
+    warnings += differing_sides(scene, patches, solution.radiosity, solved.row_sums)
+    warnings += light_between_corners(scene, patches, solution.irradiance, solved.corner_irradiance)
     if rows.max > ROW_SUM_LIMIT:
         warnings.append(
             f"Form factors add up to {rows.max:.2f} where 1 is the most: surfaces are close to each other for the size "

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What colours at corners cannot show, told in a line for each object.
+
+A corner has one value: a wall that is a single sheet between a bright room and a dark one looks alike from both. And
+between corners there is nothing: a patch of sun in the middle of a floor of one face does not show.
+"""
+
+import numpy as np
+
+from .arrays import BoolArray, FloatArray
+from .meshing import Patches
+from .scene import BACK, BOTH, Scene
+from .shading import corner_angles
+
+# Sides that differ less look like the same surface.
+_APART = 3.0
+# Less than this share of the light that is common in the scene is as good as none.
+_DARK = 0.05
+# The back of what stands before nothing but the sky, as of the ground, is not looked at.
+_SEEN = 0.5
+# Share of an object's area, or light, below which it is not worth a line.
+_WORTH = 0.1
+# Share of an object's light that its corners may lose or add.
+_MISSED = 0.3
+
+
+def differing_sides(scene: Scene, patches: Patches, radiosity: FloatArray, row_sums: FloatArray) -> list[str]:
+    """Tell which objects are lit on both sides, and much more on one.
+
+    Parameters
+    ----------
+    scene : Scene
+        With sides that are decided.
+    patches : Patches
+    radiosity : ndarray of shape (p, 3)
+        What each patch sends out [W/m^2].
+    row_sums : ndarray of shape (p,)
+        Share of each patch's view that surfaces fill; NaN where not known.
+
+    Returns
+    -------
+    list of str
+        A line for each object that such faces are a good part of.
+    """
+    both = (scene.sides == BOTH) & scene.live
+    if not both.any():
+        return []
+    light, front, back = radiosity.mean(axis=1), patches.side > 0, patches.side < 0
+    common = float(np.average(light, weights=patches.area))
+    shown, hidden = (_face_means(scene, patches, light, side) for side in (front, back))
+    enclosed = _face_means(scene, patches, np.nan_to_num(row_sums), back) > _SEEN
+    # Behind what lies on something it is dark, and nobody sees it.
+    darker = enclosed & (shown > _APART * hidden) & (hidden > _DARK * common)
+    apart = both & ((hidden > _APART * np.maximum(shown, _DARK * common)) | darker)
+    worth = _sums(scene, scene.face_area * apart) > _WORTH * _sums(scene, scene.face_area)
+    what = (
+        f"its sides differ in light by {_APART:g} times and more; the colors show the front only (give walls a "
+        "thickness with Solidify, or choose Sides: Back)"
+    )
+    return [f"Object '{scene.object_names[index]}': {what}" for index in np.flatnonzero(worth)]
+
+
+def light_between_corners(
+    scene: Scene, patches: Patches, irradiance: FloatArray, corner_irradiance: FloatArray
+) -> list[str]:
+    """Tell which objects have faces that are too large for the light on them.
+
+    Parameters
+    ----------
+    scene : Scene
+        With sides that are decided.
+    patches : Patches
+    irradiance : ndarray of shape (p, 3)
+        What arrives at each patch [W/m^2].
+    corner_irradiance : ndarray of shape (c, 3)
+        What arrives at each corner [W/m^2].
+
+    Returns
+    -------
+    list of str
+        A line for each object whose corners show much more or much less light than there is, if it has a good part of
+        all light.
+    """
+    shown = (patches.side > 0) | (scene.sides[patches.face] == BACK)
+    there = _face_means(scene, patches, irradiance.mean(axis=1), shown)
+    angle, count = corner_angles(scene), len(scene.face_area)
+    weighted = np.bincount(scene.corner_face, angle * corner_irradiance.mean(axis=1), count)
+    angles = np.bincount(scene.corner_face, angle, count)
+    seen = np.divide(weighted, angles, out=there.copy(), where=angles > 0)
+    # What lamps receive is little beside what they emit.
+    reflected = scene.face_area * scene.reflectance.mean(axis=1)
+    power = _sums(scene, reflected * there + scene.face_area * scene.emission.mean(axis=1))
+    missed = _sums(scene, reflected * np.abs(seen - there))
+    worth = (missed > _MISSED * power) & (power > _WORTH * power.sum())
+    what = (
+        "its faces are too large to show the light between their corners (subdivide it, or bake a copy with a patch "
+        "size)"
+    )
+    return [f"Object '{scene.object_names[index]}': {what}" for index in np.flatnonzero(worth)]
+
+
+def _face_means(scene: Scene, patches: Patches, values: FloatArray, chosen: BoolArray) -> FloatArray:
+    """Return the mean over the chosen patches of each face, shape (f,); 0 where there are none."""
+    face, area, count = patches.face[chosen], patches.area[chosen], len(scene.face_area)
+    weight = np.bincount(face, area, count)
+    total = np.bincount(face, area * values[chosen], count)
+    return np.asarray(np.divide(total, weight, out=np.zeros(count), where=weight > 0))
+
+
+def _sums(scene: Scene, values: FloatArray) -> FloatArray:
+    """Return the sum over the faces of each object."""
+    return np.bincount(scene.face_object, values, len(scene.object_names))
