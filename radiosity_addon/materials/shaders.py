@@ -118,11 +118,23 @@ def _principled(place: Place, node: Node) -> Shading:
     # Seen from above, as much light passes the coat as its tint says, but for what its surface reflects.
     tint = 1.0 + coat * (place.value(node, "Coat Tint", 1.0) - 1.0) if coat.any() else 1.0
     ior = place.value(node, "Coat IOR", 1.5)
-    passed = 1.0 - coat * ((ior - 1.0) / np.maximum(ior + 1.0, 1e-6)) ** 2
-    reflected = _scaled(scattered, lambda: tint * place.value(node, "Base Color"))
+    below = 1.0 - coat * ((ior - 1.0) / np.maximum(ior + 1.0, 1e-6)) ** 2
+    through = _through_thin_wall(place, node)
+    reflected = _scaled(scattered * (1.0 - through), lambda: tint * place.value(node, "Base Color"))
+    translucent = _scaled(scattered * through, lambda: tint * place.value(node, "Base Color"))
     strength = alpha * place.value(node, "Emission Strength")
-    emitted = _scaled(strength, lambda: passed * tint * place.value(node, "Emission Color"))
-    return Shading(reflected, emitted, 1.0 - alpha + _scaled(clear, lambda: place.value(node, "Base Color")))
+    emitted = _scaled(strength, lambda: below * tint * place.value(node, "Emission Color"))
+    passed = 1.0 - alpha + _scaled(clear, lambda: place.value(node, "Base Color"))
+    return Shading(reflected, emitted, passed, translucent)
+
+
+def _through_thin_wall(place: Place, node: Node) -> Array:
+    """Return the share of what scatters that leaves on the other side: of a thin wall's subsurface, half or so."""
+    thin = place.value(node, "Thin Wall").clip(0.0, 1.0)
+    if not thin.any():
+        return np.zeros(1)
+    forwards = place.value(node, "Subsurface Anisotropy").clip(-1.0, 1.0)
+    return thin * place.value(node, "Subsurface Weight").clip(0.0, 1.0) * 0.5 * (1.0 + forwards)
 
 
 def _specular(place: Place, node: Node) -> Shading:

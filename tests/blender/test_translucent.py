@@ -87,6 +87,20 @@ def test_what_goes_through_is_read_and_nothing_is_left_to_tell(addon, extension)
     assert (surface.passed, surface.warnings) == (0.0, ())
 
 
+def test_subsurface_of_thin_walls_is_what_goes_through(addon, blender, extension):
+    material, output = node_material("Leaf")
+    names = {"Base_Color": (*PAPER, 1.0), "Subsurface_Weight": 0.5}
+    leaf = add_shader(material, 'ShaderNodeBsdfPrincipled', output.inputs[0], **names)
+    read = addon("materials").read_material
+    np.testing.assert_allclose(read(material).reflectance, PAPER, rtol=1e-6)
+    if "Thin Wall" not in leaf.inputs:
+        pytest.skip("this Blender has no thin walls")
+    leaf.inputs["Thin Wall"].default_value, leaf.inputs["Subsurface Anisotropy"].default_value = True, 0.2
+    # As much as Cycles bakes on either side of such a sheet.
+    np.testing.assert_allclose(read(material).reflectance, 0.7 * np.array(PAPER), rtol=1e-6)
+    np.testing.assert_allclose(read(material).transmittance, 0.3 * np.array(PAPER), rtol=1e-6)
+
+
 def test_what_cycles_bakes_is_shared_out_between_both_sides(read_surfaces, scene):
     """Cycles' diffuse color has both in one."""
     material = translucent("Noisy", share=0.25)
