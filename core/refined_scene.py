@@ -43,6 +43,7 @@ def refined_scene(scene: Scene, fine: Refinement) -> Scene:
         max_edge=np.full(len(face), np.nan),
         occludes=scene.occludes[face],
         shades=scene.shades[face],
+        tint=scene.tint[face],
         reflects=scene.reflects[face],
         emits=scene.emits[face],
         paint=None,

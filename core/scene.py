@@ -62,6 +62,8 @@ class Scene(Polygons):
         Longest edge of the face's patches [m], in place of the bake's; NaN leaves it to the bake.
     occludes, shades : ndarray of shape (f,)
         Whether the face blocks the light of other faces and of lamps, and that of the sky.
+    tint : ndarray of shape (f, 3)
+        What light of lamps and sky is multiplied with that goes through the face, where it does not block; 1 else.
     reflects, emits : ndarray of shape (f,)
         Whether what the face reflects and emits lights others; its own colours show it anyway.
     lamps : tuple of Lamp
@@ -83,6 +85,7 @@ class Scene(Polygons):
     max_edge: FloatArray
     occludes: BoolArray
     shades: BoolArray
+    tint: FloatArray
     reflects: BoolArray
     emits: BoolArray
     lamps: tuple[Lamp, ...]
@@ -106,6 +109,7 @@ class Scene(Polygons):
         max_edge: ArrayLike | None = None,
         occludes: ArrayLike | None = None,
         shades: ArrayLike | None = None,
+        tint: ArrayLike | None = None,
         reflects: ArrayLike | None = None,
         emits: ArrayLike | None = None,
         lamps: Sequence[Lamp] = (),
@@ -134,6 +138,7 @@ class Scene(Polygons):
         self._keep_surfaces(reflectance, emission, transmittance, sides, divisions, max_edge, paint, notes)
         for name, part in {"occludes": occludes, "shades": shades, "reflects": reflects, "emits": emits}.items():
             self._keep(name, one_each(name, _or(part, np.ones(n_faces)), n_faces).astype(np.bool_))
+        self._keep("tint", table("tint", _or(tint, np.ones((n_faces, 3))), n_faces))
         self._keep("lamps", tuple(lamps))
         self._keep_normals(corner_normals, notes)
         notes.extend(skipped_faces(self.owners, lost, ~self.live & ~lost, told=warnings))

@@ -17,6 +17,7 @@ import numpy as np
 from .arrays import BoolArray, FloatArray, IntArray
 from .occlusion.blender_tree import BVHOccluders
 from .occlusion.brute_force import BruteForceOccluders
+from .occlusion.panes import Panes, find_panes
 from .occlusion.streams import StreamOccluders
 from .occlusion.surfaces import Occluding, occluder_polygons
 
@@ -69,14 +70,21 @@ def scene_occluders(scene: Scene, patches: Patches) -> SurfaceOccluders:
     SurfaceOccluders
     """
     found = SurfaceOccluders(occluder_polygons(scene, patches))
+    found.panes = find_panes(scene, scene.occludes)
     if not np.array_equal(scene.occludes, scene.shades):
         found.for_sky = SurfaceOccluders(occluder_polygons(scene, patches, scene.shades))
+        found.for_sky.panes = find_panes(scene, scene.shades)
     return found
 
 
 def sky_occluders(occluders: Occluders) -> Occluders:
     """Return what blocks the light of the sky where all other light is blocked by `occluders`."""
     return occluders.for_sky or occluders if isinstance(occluders, SurfaceOccluders) else occluders
+
+
+def panes_of(occluders: Occluders) -> Panes | None:
+    """Return what gives its color to light where `occluders` do not block."""
+    return occluders.panes if isinstance(occluders, SurfaceOccluders) else None
 
 
 class SurfaceOccluders:
@@ -91,10 +99,13 @@ class SurfaceOccluders:
     ----------
     for_sky : SurfaceOccluders or None
         What blocks the light of the sky, where that is something else.
+    panes : Panes or None
+        What does not block, but gives its color to what goes through.
     """
 
     def __init__(self, occluding: Occluding) -> None:
         self.for_sky: SurfaceOccluders | None = None
+        self.panes: Panes | None = None
         self._occluding = occluding
         self._stream = StreamOccluders(occluding)
 

@@ -31,7 +31,7 @@ class FaceSurfaces:
     ----------
     reflectance, emission : ndarray of shape (f, 3)
         Diffuse reflectance, and radiant exitance [W/m^2], of each face; their means where they vary.
-    passed : ndarray of shape (f,)
+    passed : ndarray of shape (f, 3)
         Share of light that goes straight on behind each face.
     transmittance : ndarray of shape (f, 3)
         Share that leaves diffusely on the other side of each face.
@@ -141,7 +141,7 @@ class SurfaceReader:
 
 
 def _surfaces(columns: FloatArray, paint: Paint | None = None) -> FaceSurfaces:
-    return FaceSurfaces(columns[:, :3], columns[:, 3:6], columns[:, 6], columns[:, 7:], paint)
+    return FaceSurfaces(columns[:, :3], columns[:, 3:6], columns[:, 6:9], columns[:, 9:], paint)
 
 
 def join_surfaces(

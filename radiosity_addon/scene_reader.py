@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..core.errors import RadiosityError
 from ..core.grids import PATCH_LIMIT
 from ..core.lighting.lamps import Lamp, SkyLamp
-from ..core.occlusion.sieve import blocking
+from ..core.occlusion.sieve import blocking, tints
 from ..core.scene import AUTO, Scene
 from .face_surfaces import FaceSurfaces, SurfaceReader, join_surfaces
 from .lamps import read_lamp
@@ -136,7 +136,7 @@ def _joined(
     shown = [_shown(body, materials[body.surfaces], scale) for body in bodies]
     of_faces = join_surfaces(shown)
     sizes = [len(body.mesh.material) for body in bodies]
-    opaque = blocking(of_faces.passed)
+    opaque = blocking(of_faces.passed.mean(axis=1))
     plain_sky = any(isinstance(lamp, SkyLamp) and lamp.radiance.size == 3 for lamp in lamps)
     scene = Scene(
         np.concatenate([part.vertices for part in parts]),
@@ -154,6 +154,7 @@ def _joined(
         max_edge=np.repeat([scale * body.roles.max_edge for body in bodies], sizes),
         occludes=opaque & np.repeat([body.roles.occludes for body in bodies], sizes),
         shades=opaque & np.repeat([body.roles.shades if plain_sky else body.roles.occludes for body in bodies], sizes),
+        tint=tints(of_faces.passed, opaque),
         reflects=np.repeat([body.roles.reflects for body in bodies], sizes),
         emits=np.repeat([body.roles.emits for body in bodies], sizes),
         lamps=lamps,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import FloatArray
-from ..visibility import Occluders, sky_occluders
+from ..visibility import Occluders, panes_of, sky_occluders
 from .area_lamps import AreaLamp
 from .kinds import Lamp
 from .round_lamps import Cone, PointLamp, SunLamp
@@ -89,6 +89,7 @@ def lamp_irradiance(
                 finer=finer,
                 reach=reach,
                 well=well,
+                panes=panes_of(blockers),
                 workers=workers,
             )
             H[lit] += light[lit] * share

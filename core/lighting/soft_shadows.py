@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
+from ..occlusion.panes import Panes
 from ..visibility import Occluders
 
 # Receivers in a group.
@@ -51,6 +52,7 @@ def visible_share(
     finer: int,
     reach: float,
     well: int | None = None,
+    panes: Panes | None = None,
     workers: Executor | None = None,
 ) -> FloatArray:
     """Return which share of a lamp's light reaches receivers.
@@ -69,6 +71,8 @@ def visible_share(
         Longest way that anything can be met on [m].
     well : int, optional
         What stands for `finer` where the lamp is seen well.
+    panes : Panes, optional
+        What gives its color to light that nothing blocks.
     workers : concurrent.futures.Executor, optional
         Who computes; the result does not depend on it, bit for bit.
 
@@ -82,7 +86,7 @@ def visible_share(
     size = max(1, _RAYS // (side * side * _GROUP)) * _GROUP
     looks = (finer, finer if well is None else well)
     runs = [(start, order[start : start + size]) for start in range(0, len(order), size)]
-    tasks = [(lamp, points[run], normals[run], start, occluders, side, looks, reach) for start, run in runs]
+    tasks = [(lamp, points[run], normals[run], start, occluders, panes, side, looks, reach) for start, run in runs]
     if workers is None:
         parts = [_block(*task) for task in tasks]
     else:
@@ -99,6 +103,7 @@ def _block(
     normals: FloatArray,
     first: int,
     occluders: Occluders,
+    panes: Panes | None,
     side: int,
     looks: tuple[int, int],
     reach: float,
@@ -107,8 +112,8 @@ def _block(
     cells = side * side
     who, cell = (part.reshape(-1) for part in np.indices((len(points), cells)))
 
-    def cast(who: IntArray, cell: IntArray, within: IntArray, cut: int) -> tuple[FloatArray, BoolArray]:
-        """Return light and whether it comes through of one ray of each receiver into a cell of a cell."""
+    def cast(who: IntArray, cell: IntArray, within: IntArray, cut: int) -> tuple[FloatArray, BoolArray, FloatArray]:
+        """Return of one ray of each receiver into a cell of a cell the light, whether it comes through, and as what."""
         jitter = (first + who)[:, None] * _STEP + (cell * cut * cut + within)[:, None] * _HASH
         u, v = (np.stack(np.divmod(cell, side)) + (np.stack(np.divmod(within, cut)) + (jitter % 1).T) / cut) / side
         out, length, light = lamp.sample(points[who], normals[who], u, v)
@@ -118,11 +123,16 @@ def _block(
         start = points[who[shines]]
         end = start + np.minimum(length[shines], reach)[:, None] * out[shines]
         clear[shines] = ~occluders.blocked(start, end)
-        return light, clear
+        passed = light * clear[:, None]
+        if panes is not None:
+            light, passed = (np.tile(part, (1, 3 // part.shape[1])) for part in (light, passed))
+            some = clear[shines]
+            passed[shines[some]] *= panes.tint(start[some], end[some])
+        return light, clear, passed
 
-    light, clear = cast(who, cell, np.zeros_like(who), 1)
+    light, clear, passed = cast(who, cell, np.zeros_like(who), 1)
     shape = (len(points), cells, light.shape[1])
-    through, whole = (light * clear[:, None]).reshape(shape), light.reshape(shape)
+    through, whole = passed.reshape(shape), light.reshape(shape)
     if not lamp.even:
         counts = light.any(axis=1).reshape(shape[:2])
         edge = _unsure(clear.reshape(shape[:2]), counts, side)
@@ -133,8 +143,8 @@ def _block(
             if rays == 1 or not len(at):
                 continue
             who, within = np.repeat(at, rays), np.tile(np.arange(rays), len(at))
-            light, clear = cast(who, np.repeat(cell, rays), within, finer)
-            means = (values.reshape(len(at), rays, shape[2]).mean(axis=1) for values in (light * clear[:, None], light))
+            light, _, passed = cast(who, np.repeat(cell, rays), within, finer)
+            means = (values.reshape(len(at), rays, shape[2]).mean(axis=1) for values in (passed, light))
             through[at, cell], whole[at, cell] = means
     return _shares(through.sum(axis=1), whole.sum(axis=1))
 

@@ -41,6 +41,27 @@ def blocking(passed: FloatArray) -> BoolArray:
     return blocks
 
 
+def tints(passed: FloatArray, blocks: BoolArray) -> FloatArray:
+    """Return what light takes on that goes through faces.
+
+    Parameters
+    ----------
+    passed : ndarray of shape (f, 3)
+        Share of light that goes on behind each face, 0 to 1.
+    blocks : ndarray of shape (f,)
+        From `blocking` of the means of that.
+
+    Returns
+    -------
+    ndarray of shape (f, 3)
+        1 where a face blocks. Where faces take turns, what is lost is lost already: only the hue is left.
+    """
+    mean = passed.mean(axis=1)
+    partly = (mean > TURNS[0]) & (mean < TURNS[1])
+    lost = np.where(partly & (np.count_nonzero(partly) >= _ENOUGH), np.maximum(mean, 1e-9), 1.0)
+    return np.where(blocks[:, None], 1.0, passed / lost[:, None])
+
+
 def unnoticed(scene: Scene) -> BoolArray:
     """Return the faces that light does not meet, shape (f,): they block nothing, emit nothing and hardly reflect.
 

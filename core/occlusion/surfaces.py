@@ -128,6 +128,14 @@ def occluder_polygons(scene: Scene, patches: Patches, blocking: BoolArray | None
     return _halved(np.concatenate([scene.vertices, loose.reshape(-1, 3)]), quads, face, slack)
 
 
+def separate_polygons(scene: Scene, chosen: BoolArray) -> Occluding:
+    """Return some faces of a scene, shape (f,), each for itself: none is joined with another."""
+    whole = pieces(scene)
+    part = chosen[whole.face]
+    quads = scene.corner_vertex[whole.corner[part]]
+    return _halved(scene.vertices, quads, whole.face[part], np.zeros(len(quads)))
+
+
 def never_block(vertices: FloatArray, triangles: IntArray, tolerance: float) -> BoolArray:
     """Find triangles in whose plane the scene ends: no segment between two of its points crosses them.
 

@@ -40,7 +40,7 @@ class Painting:
     ground : Ground
     varying : dict of int to bpy.types.Material
         These materials by slot.
-    plain : ndarray of shape (f, 10)
+    plain : ndarray of shape (f, 12)
         The columns of `Surface` for the faces of all other slots.
     """
 
@@ -60,7 +60,7 @@ def paint_meshes(paintings: Sequence[Painting], notes: list[str]) -> list[tuple[
 
     Returns
     -------
-    list of (ndarray of shape (f, 10), Paint)
+    list of (ndarray of shape (f, 12), Paint)
         For each mesh the columns of `Surface` for its faces, and how reflectance and emission vary inside.
     """
     samples = [paint_samples(parts) for parts in _parts(paintings)]
@@ -95,7 +95,7 @@ def _read(
     told: dict[str, None],
     strict: bool = True,
 ) -> NDArray[np.float32]:
-    """Return the columns of `Surface` at points, shape (s, 10)."""
+    """Return the columns of `Surface` at points, shape (s, 12)."""
     parts = [np.zeros((0, COLUMNS), np.float32)]
     for first in range(0, len(samples.triangle), _AT_ONCE):
         part = samples.take(slice(first, first + _AT_ONCE))
@@ -139,10 +139,10 @@ def _bake(
 
 
 def _divided(scattered: Array, radiance: Array, roughly: Surface) -> Array:
-    """Return the columns of `Surface` of what Cycles baked, shape (n, 10); it does not tell what goes through."""
+    """Return the columns of `Surface` of what Cycles baked, shape (n, 12); it does not tell what goes through."""
     whole = roughly.reflectance + roughly.transmittance
     beyond = np.divide(roughly.transmittance, whole, out=np.zeros(3), where=whole > 0.0)
-    passed = np.broadcast_to(roughly.passed, (len(scattered), 1))
+    passed = np.broadcast_to(roughly.passed, (len(scattered), 3))
     return np.concatenate([(1.0 - beyond) * scattered, np.pi * radiance, passed, beyond * scattered], axis=1)
 
 

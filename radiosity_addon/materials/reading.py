@@ -34,7 +34,7 @@ class Surface:
         Diffuse reflectance, not below 0; `core.scene.Scene` caps what is too bright.
     emission : ndarray of shape (3,) or (n, 3)
         Radiant exitance [W/m^2], not below 0: pi times Blender's color times strength.
-    passed : ndarray of shape (1,) or (n, 1)
+    passed : ndarray of shape (3,) or (n, 3)
         Share of light that goes straight on behind it, 0 to 1.
     transmittance : ndarray of shape (3,) or (n, 3)
         Share that leaves diffusely on its other side, not below 0.
@@ -50,13 +50,13 @@ class Surface:
 
     @property
     def columns(self) -> Array:
-        """All of it side by side, shape (10,) or (n, 10)."""
+        """All of it side by side, shape (12,) or (n, 12)."""
         return np.concatenate([self.reflectance, self.emission, self.passed, self.transmittance], axis=-1)
 
 
 # How many columns that are.
-COLUMNS = 10
-OPAQUE = np.zeros(1), np.zeros(3)
+COLUMNS = 12
+OPAQUE = np.zeros(3), np.zeros(3)
 
 
 def read_material(material: bpy.types.Material | None) -> Surface:
@@ -152,7 +152,7 @@ def _read(material: bpy.types.Material | None, network: Network) -> Surface:
     return Surface(
         _clean(shading.reflectance),
         np.pi * _clean(shading.radiance),
-        _clean(shading.passed).mean(axis=-1, keepdims=True).clip(0.0, 1.0),
+        _clean(shading.passed).clip(0.0, 1.0),
         _clean(shading.transmittance),
         tuple(f"Material '{material.name_full}': {note}" for note in network.notes),
     )

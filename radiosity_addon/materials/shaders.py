@@ -50,7 +50,7 @@ class Shading(NamedTuple):
 
 
 _BLACK = Shading()
-_STRAIGHT = "light that it lets through goes straight on, without its color"
+_STRAIGHT = "light that it lets through goes straight on, and only that of lamps and the world takes on its color"
 
 
 def read_shader(place: Place, socket: Socket) -> Shading:
@@ -124,8 +124,15 @@ def _principled(place: Place, node: Node) -> Shading:
     translucent = _scaled(scattered * through, lambda: tint * place.value(node, "Base Color"))
     strength = alpha * place.value(node, "Emission Strength")
     emitted = _scaled(strength, lambda: below * tint * place.value(node, "Emission Color"))
-    passed = 1.0 - alpha + _scaled(clear, lambda: place.value(node, "Base Color"))
+    passed = 1.0 - alpha + _scaled(clear, lambda: _glass_color(place, node))
     return Shading(reflected, emitted, passed, translucent)
+
+
+def _glass_color(place: Place, node: Node) -> Array:
+    """Return what the glass of a Principled node multiplies light with: on its way in and out, or once if thin."""
+    color = place.value(node, "Base Color").clip(0.0)
+    thin = place.value(node, "Thin Wall").clip(0.0, 1.0)
+    return thin * color + (1.0 - thin) * np.sqrt(color)
 
 
 def _through_thin_wall(place: Place, node: Node) -> Array:

@@ -85,7 +85,7 @@ def test_metal_glass_and_transparency_scatter_less(read):
     expect(surface, 0.8 * 0.5 * 0.75 * 0.5, 1.0, warnings=2)
     assert all("'Layered'" in warning for warning in surface.warnings)
     # What alpha leaves out, and the glass of what is there.
-    np.testing.assert_allclose(surface.passed, 0.5 + 0.5 * 0.5 * 0.25 * 0.8, rtol=1e-6)
+    np.testing.assert_allclose(surface.passed, 0.5 + 0.5 * 0.5 * 0.25 * np.sqrt(0.8), rtol=1e-6)
 
 
 def test_add_shader_sums(read):
@@ -171,9 +171,9 @@ def test_an_empty_group_is_black_and_an_unknown_shader_told(read, blender):
     ("kind", "reflectance", "passed"),
     [
         ('ShaderNodeBsdfGlossy', 0.0, 0.0),
-        ('ShaderNodeBsdfGlass', 0.0, 0.6),
-        ('ShaderNodeBsdfRefraction', 0.0, 0.6),
-        ('ShaderNodeBsdfTransparent', 0.0, 0.6),
+        ('ShaderNodeBsdfGlass', 0.0, (0.9, 0.6, 0.3)),
+        ('ShaderNodeBsdfRefraction', 0.0, (0.9, 0.6, 0.3)),
+        ('ShaderNodeBsdfTransparent', 0.0, (0.9, 0.6, 0.3)),
     ],
 )
 def test_what_is_not_diffuse_reflects_less_and_is_told(read, kind, reflectance, passed):

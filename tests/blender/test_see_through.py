@@ -104,3 +104,20 @@ def test_leaves_that_are_half_there_pass_half_of_the_sun(extension, scene, blend
         assert blender.ops.radiosity.bake() == {'FINISHED'}
         lit[shown] = colors(floor.data)[:, 0].mean()
     assert lit[False] == pytest.approx(0.5 * lit[True], rel=0.1)
+
+
+def test_sun_through_a_colored_pane_is_colored(extension, scene, blender):
+    floor = add_square(scene, "Floor", glowing(0.5, 0.0))
+    glass = (0.9, 0.6, 0.3)
+    pane = add_square(scene, "Pane", plain("Glass", 'ShaderNodeBsdfGlass', Color=(*glass, 1.0)), z=1.0, size=5.0)
+    pane.location = (-2.0, -2.0, 0.0)
+    sun = blender.data.objects.new("Sun", blender.data.lights.new("Sun", 'SUN'))
+    scene.collection.objects.link(sun)
+    scene.radiosity.light = 'direct'
+    lit = {}
+    for hidden in (True, False):
+        pane.hide_render = hidden
+        assert blender.ops.radiosity.bake() == {'FINISHED'}
+        lit[hidden] = colors(floor.data)[:, :3].mean(axis=0)
+    np.testing.assert_allclose(lit[False], lit[True] * glass, rtol=1e-5)
+    assert "only that of lamps and the world" in blender.context.window_manager.radiosity.warnings

@@ -292,3 +292,39 @@ def test_direct_light_of_a_scene_grows_finer_with_quality():
     ]
     assert errors[0] > errors[1] > errors[3]
     assert errors[2] < 0.03 * exact.mean()
+
+
+@pytest.mark.parametrize("kind", ["sun", "point", "disc", "sky"])
+def test_light_takes_on_the_tint_of_all_panes_on_its_way(kind):
+    red, blue = (0.9, 0.5, 0.1), (0.3, 0.4, 0.8)
+    # Two panes of one plane side by side, over one that is larger; and a wall in the light of half of the ground.
+    panes = [20 * SQUARE + (20, 0, 1), 20 * SQUARE + (-20, 0, 1), 100 * SQUARE + (0, 0, 1.2)]
+    tint = np.array([red, blue, (0.5, 0.5, 0.5)])
+    scene = Scene.from_polygons(panes, tint=tint, occludes=np.zeros(3), shades=np.zeros(3))
+    occluders, reach = scene_occluders(scene, mesh(scene)), scene_reach(scene)
+    lamp = {
+        "sun": SunLamp("sun", COLOUR, UP),
+        "point": PointLamp("point", COLOUR, np.array((0.0, 0.0, 2.0))),
+        "disc": disc(),
+        "sky": SkyLamp("sky", COLOUR.reshape(1, 1, 3)),
+    }[kind]
+    points = np.array([(1.5, 0.2, 0.9), (-1.5, 0.2, 0.9), (1.5, 0.2, 1.1), (0.5, 0.0, 1.3)])
+    normals = np.tile(UP, (4, 1))
+
+    def light(occluders):
+        return lamp_irradiance([lamp], points, normals, occluders, rays=16, reach=reach)
+
+    # The sky of single points is seen through the next pane as well, but hardly.
+    share = light(occluders) / light(Nothing())
+    expected = [0.5 * tint[0], 0.5 * tint[1], tint[2], (1, 1, 1)]
+    np.testing.assert_allclose(share, expected, rtol=1e-6 if kind != "sky" else 0.05)
+
+
+def test_what_blocks_has_no_tint_and_dark_rays_take_none_on():
+    wall, pane = SQUARE + (1, 0, 1), 3 * SQUARE + (0, 0, 1.5)
+    scene = Scene.from_polygons([wall, pane], tint=[WHITE, 0.5 * WHITE], occludes=[1, 0], shades=[1, 0])
+    occluders, reach = scene_occluders(scene, mesh(scene)), scene_reach(scene)
+    points = np.array([(1.0, 0, 0), (-1.0, 0, 0)])
+    sun = SunLamp("sun", COLOUR, UP)
+    found = lamp_irradiance([sun], points, np.tile(UP, (2, 1)), occluders, rays=16, reach=reach)
+    np.testing.assert_allclose(found, [np.zeros(3), 0.5 * COLOUR])

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which faces block where materials let a part of the light through."""
+"""Which faces block where materials let a part of the light through, and what light takes on of the others."""
 
 import numpy as np
 import pytest
 
-from core.occlusion.sieve import blocking
+from core.occlusion.sieve import blocking, tints
 
 
 @pytest.mark.parametrize("share", [0.25, 0.5, 0.7])
@@ -19,3 +19,14 @@ def test_few_faces_do_what_most_of_the_light_does_and_so_do_those_that_are_nearl
     np.testing.assert_array_equal(blocking(np.array([0.0, 0.3, 0.49, 0.5, 1.0])), [True, True, True, False, False])
     many = blocking(np.concatenate([np.full(100, 0.5), np.full(100, 0.9), np.full(100, 0.1)]))
     assert not many[100:200].any() and many[200:].all()
+
+
+def test_what_goes_through_takes_on_the_tint_but_pays_no_toll_twice():
+    few = np.array([(0.9, 0.5, 0.4), (0.6, 0.1, 0.1), (1.0, 1.0, 1.0)])
+    np.testing.assert_array_equal(tints(few, blocking(few.mean(axis=1))), [few[0], (1, 1, 1), (1, 1, 1)])
+    many = np.tile((0.75, 0.5, 0.25), (1000, 1))
+    blocks = blocking(many.mean(axis=1))
+    tint = tints(many, blocks)
+    np.testing.assert_allclose(tint[~blocks], np.tile((1.5, 1.0, 0.5), (np.count_nonzero(~blocks), 1)))
+    # Through all of them, those that block included, comes what is to come.
+    np.testing.assert_allclose((tint * ~blocks[:, None]).mean(axis=0), many[0], atol=0.01)
