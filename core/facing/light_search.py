@@ -79,8 +79,11 @@ class LightSearch:
             for source in lit:
                 which, seen = self._connected(points, source)
                 node = points.node[which]
-                own = points.alone[which] & source.alone[seen] & (source.node[seen] // 2 == node // 2)
+                at_home = source.node[seen] // 2 == node // 2
+                own = points.alone[which] & source.alone[seen] & at_home
                 reached[node[~own]] = True
+                # What lights other islands counts, though it may hardly ever meet them: a dome round a house.
+                reached[source.node[seen[~at_home]]] = True
                 alone[node[own]] = True
             points = points[~reached[points.node]]
             if bounce < LOOK_BOUNCES - 1:

@@ -63,3 +63,11 @@ def test_light_that_nothing_blocks_comes_into_a_closed_room(found, box):
 def test_a_leaf_over_the_ground_is_lit_on_both_sides(found):
     things = Things().add("Ground", [sheet((-9, -9, 0), (18, 18))]).add("Leaf", [sheet((0, 0, 2), (0.1, 0.1))])
     assert found(things, SUN) == {"Ground": FRONT, "Leaf": BOTH}
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_a_glowing_sky_round_the_scene_lights_the_little_that_is_in_it(found, box, inward):
+    # The sun shines on the outside of that sky; of its own light next to nothing meets anything but itself.
+    sky = box((20000, 20000, 10000), (-10000, -10000, -1000), inward=inward)
+    things = Things().add("Sky", sky, emission=1.0).add("Ground", [sheet((0, 0, 0), (90, 90))])
+    assert found(things, SUN) == {"Sky": FRONT if inward else BACK, "Ground": BOTH}
