@@ -25,7 +25,7 @@ from .objects.meshes import mirrors, placed
 from .objects.roles import excluded, read_roles
 from .objects.surfaces import HAVE_SURFACES, NO_SURFACES, Body, read_body, world_matrix
 from .objects.targets import Target
-from .objects.unread import differences
+from .objects.unread import differences, layer_differences
 from .rendered import enabled_objects, renders_itself
 from .world import read_world
 
@@ -54,7 +54,7 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     Parameters
     ----------
     scene : bpy.types.Scene
-        Gives the unit scale and the world.
+        Gives the unit scale and, where the view layer has none of its own, the world.
     view_layer : bpy.types.ViewLayer
         Gives the objects.
     depsgraph : bpy.types.Depsgraph
@@ -71,7 +71,7 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
         When nothing with faces renders, when there are too many, or when a mesh has a position that is not finite.
     """
     enabled = [obj for obj in enabled_objects(view_layer) if not excluded(obj)]
-    notes = differences(enabled)
+    notes = layer_differences(scene, view_layer) + differences(enabled)
     scale = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
     surfaces = SurfaceReader()
     bodies: list[Body] = []
@@ -96,7 +96,7 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     _check_size(scene, bodies)
     # Last, as these may render, which makes the depsgraph old.
     materials = surfaces.finish(notes)
-    lamps += read_world(scene.world, notes)
+    lamps += read_world(view_layer.world_override or scene.world, notes)
     return _joined(bodies, materials, lamps, scale, notes)
 
 

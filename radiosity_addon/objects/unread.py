@@ -40,6 +40,38 @@ def differences(enabled: Iterable[bpy.types.Object]) -> list[str]:
     return lines + _missing(found)
 
 
+def layer_differences(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> list[str]:
+    """Tell what a render of a view layer shows otherwise than its objects are read.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    layer : bpy.types.ViewLayer
+
+    Returns
+    -------
+    list of str
+        One line each.
+    """
+    lines, render = [], scene.render
+    if scene.background_set is not None:
+        lines.append(
+            f"Scene '{scene.name_full}': its background set '{scene.background_set.name_full}' is left out (link its "
+            "collections into the scene)"
+        )
+    if layer.material_override is not None:
+        lines.append(
+            f"View layer '{layer.name}': material '{layer.material_override.name_full}', which replaces all others in "
+            "renders, is not used"
+        )
+    if render.use_simplify and render.simplify_subdivision != render.simplify_subdivision_render:
+        lines.append(
+            f"Scene '{scene.name_full}': Simplify subdivides up to {render.simplify_subdivision_render} times in "
+            f"renders; surfaces are read as the viewport shows them, up to {render.simplify_subdivision} times"
+        )
+    return lines
+
+
 def _modified(objects: list[bpy.types.Object]) -> list[str]:
     """Return the names of objects whose modifiers have other settings for renders."""
     return [obj.name_full for obj in objects if any(_differs(modifier) for modifier in obj.modifiers)]

@@ -146,6 +146,19 @@ def test_an_object_disabled_in_viewports_is_what_it_would_render(read, scene, bl
     assert blender.context.scene == scene and scene.frame_current == 7
 
 
+def test_what_a_view_layer_shows_otherwise_is_read_or_told(read, scene, blender):
+    add_square(scene)
+    layer, world = blender.context.view_layer, blender.data.worlds.new("Night")
+    layer.world_override = world
+    assert [lamp.name for lamp in read().scene.lamps] == ["Night"] and not read().scene.warnings
+    scene.background_set = blender.data.scenes.new("Stage")
+    layer.material_override = glowing(name="Clay")
+    scene.render.use_simplify, scene.render.simplify_subdivision = True, 0
+    lines = read().scene.warnings
+    told = ["background set 'Stage'", "material 'Clay'", "Simplify subdivides up to 6 times"]
+    assert [what in line for what, line in zip(told, lines, strict=True)] == [True] * 3
+
+
 def test_modifiers_that_keep_the_faces_move_them(read, scene):
     obj = add_square(scene)
     displace = obj.modifiers.new("Displace", 'DISPLACE')
