@@ -6,12 +6,15 @@ from collections.abc import Generator
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 
+import numpy as np
+
 from .arrays import FloatArray
 from .errors import RadiosityError
 from .facing.sides import choose_sides, island_counts
 from .memory import peak_memory
 from .meshing import Patches, mesh
 from .methods import METHODS, Solved
+from .origin import middle, moved_patches, moved_scene
 from .progress import Progress
 from .report import Report, object_counts, row_sum_range, scene_counts
 from .scene import AUTO, Scene
@@ -86,6 +89,9 @@ def bake(
     _require_light(scene)
     began = time.perf_counter()
     yield Progress("Patches", 0.0)
+    way = middle(scene) if occluders is None else np.zeros(3)
+    if way.any():
+        scene = moved_scene(scene, -way)
     patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
     occluders = occluders or scene_occluders(scene, patches)
     yield Progress("Surfaces", 1.0)
@@ -97,6 +103,8 @@ def bake(
     seconds = {"mesh": meshed - began} | solved.seconds | {"total": time.perf_counter() - began}
     report = _report(scene, patches, settings, solved, seconds)
     colours = corner_colours(scene, solved.corner_irradiance, solved.corner_direct, settings.light, solved.behind)
+    if way.any():
+        patches = moved_patches(patches, way)
     return Bake(colours, solved.corner_irradiance, solved.corner_direct, patches, solved.solution, report)
 
 
