@@ -101,7 +101,9 @@ def bake(
     meshed = time.perf_counter()
     solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)
     seconds = {"mesh": meshed - began} | solved.seconds | {"total": time.perf_counter() - began}
-    report = _report(scene, patches, settings, solved, seconds)
+    unshown = differing_sides(scene, patches, solved.solution.radiosity, solved.row_sums, occluders)
+    unshown += light_between_corners(scene, patches, solved.solution.irradiance, solved.corner_irradiance)
+    report = _report(scene, patches, settings, solved, seconds, unshown)
     colours = corner_colours(scene, solved.corner_irradiance, solved.corner_direct, settings.light, solved.behind)
     if way.any():
         patches = moved_patches(patches, way)
@@ -116,7 +118,9 @@ def _require_light(scene: Scene) -> None:
         raise RadiosityError("There is no light: give a material emission, or add a lamp or a world that is not black")
 
 
-def _report(scene: Scene, patches: Patches, settings: Settings, solved: Solved, seconds: dict[str, float]) -> Report:
+def _report(
+    scene: Scene, patches: Patches, settings: Settings, solved: Solved, seconds: dict[str, float], unshown: list[str]
+) -> Report:
     """Put the figures together."""
     solution = solved.solution
     rows = row_sum_range(solved.row_sums, patches.area)
@@ -128,9 +132,7 @@ def _report(scene: Scene, patches: Patches, settings: Settings, solved: Solved, 
             f"tolerance {settings.tolerance:g}, and {solved.energy.error:.1%} of the light is missing; allow more "
             "iterations, or darken what is nearly white"
         )
-    warnings += scene.warnings
-    warnings += differing_sides(scene, patches, solution.radiosity, solved.row_sums)
-    warnings += light_between_corners(scene, patches, solution.irradiance, solved.corner_irradiance)
+    warnings += [*scene.warnings, *unshown]
     if rows.max > ROW_SUM_LIMIT:
         warnings.append(
             f"Form factors add up to {rows.max:.2f} where 1 is the most: surfaces are close to each other for the size "

@@ -7,10 +7,11 @@ between corners there is nothing: a patch of sun in the middle of a floor of one
 
 import numpy as np
 
-from .arrays import BoolArray, FloatArray
+from .arrays import BoolArray, FloatArray, IntArray
 from .meshing import Patches
 from .scene import BACK, BOTH, Scene
 from .shading import corner_angles
+from .visibility import Surroundings
 
 # Sides that differ less look like the same surface.
 _APART = 3.0
@@ -18,13 +19,17 @@ _APART = 3.0
 _DARK = 0.05
 # The back of what stands before nothing but the sky, as of the ground, is not looked at.
 _SEEN = 0.5
+# Gaps behind a surface narrower than this share of its width are not looked into.
+_ROOM = 0.25
 # Share of an object's area, or light, below which it is not worth a line.
 _WORTH = 0.1
 # Share of an object's light that its corners may lose or add.
 _MISSED = 0.3
 
 
-def differing_sides(scene: Scene, patches: Patches, radiosity: FloatArray, row_sums: FloatArray) -> list[str]:
+def differing_sides(
+    scene: Scene, patches: Patches, radiosity: FloatArray, row_sums: FloatArray, occluders: Surroundings
+) -> list[str]:
     """Tell which objects are lit on both sides, and much more on one.
 
     Parameters
@@ -36,6 +41,8 @@ def differing_sides(scene: Scene, patches: Patches, radiosity: FloatArray, row_s
         What each patch sends out [W/m^2].
     row_sums : ndarray of shape (p,)
         Share of each patch's view that surfaces fill; NaN where not known.
+    occluders : Surroundings
+        Tell how much room there is behind surfaces.
 
     Returns
     -------
@@ -49,8 +56,8 @@ def differing_sides(scene: Scene, patches: Patches, radiosity: FloatArray, row_s
     common = float(np.average(light, weights=patches.area))
     shown, hidden = (_face_means(scene, patches, light, side) for side in (front, back))
     enclosed = _face_means(scene, patches, np.nan_to_num(row_sums), back) > _SEEN
-    # Behind what lies on something it is dark, and nobody sees it.
-    darker = enclosed & (shown > _APART * hidden) & (hidden > _DARK * common)
+    darker = both & enclosed & (shown > _APART * hidden) & (hidden > _DARK * common)
+    darker[darker] = _room_behind(scene, np.flatnonzero(darker), occluders)
     apart = both & ((hidden > _APART * np.maximum(shown, _DARK * common)) | darker)
     worth = _sums(scene, scene.face_area * apart) > _WORTH * _sums(scene, scene.face_area)
     what = (
@@ -97,6 +104,15 @@ def light_between_corners(
         "size)"
     )
     return [f"Object '{scene.object_names[index]}': {what}" for index in np.flatnonzero(worth)]
+
+
+def _room_behind(scene: Scene, faces: IntArray, occluders: Surroundings) -> BoolArray:
+    """Tell behind which faces somebody may stand: behind a picture on a wall it is dark, and nobody sees it."""
+    corner, size = scene.vertices[scene.corner_vertex], np.diff(scene.face_start)
+    middle = np.add.reduceat(corner, scene.face_start[:-1])[faces] / size[faces, None]
+    _, distance, _ = occluders.nearest(middle, -scene.face_normal[faces])
+    width = np.sqrt(_sums(scene, scene.face_area))[scene.face_object[faces]]
+    return np.asarray(distance > _ROOM * width)
 
 
 def _face_means(scene: Scene, patches: Patches, values: FloatArray, chosen: BoolArray) -> FloatArray:

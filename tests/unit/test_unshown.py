@@ -26,6 +26,12 @@ def test_a_sheet_between_a_bright_room_and_a_darker_one(told, box, lamps, names,
     assert told(things, subdivide=4)["sides differ"] == names
 
 
+def test_behind_a_picture_on_a_wall_nobody_looks(told, box):
+    things = Things().add("Room", box((4, 4, 3), inward=True)).add("Picture", [upright(0.1, (1, 3), (1, 2))])
+    things.add("Lamp", [sheet((1.5, 1.5, 2.999), (2.5, 2.5), up=False)], emission=10.0)
+    assert told(things, subdivide=4)["sides differ"] == []
+
+
 def test_ground_in_the_open_is_looked_at_from_above(told, box):
     things = Things().add("Ground", [sheet((0, 0, 0), (4, 4))]).add("Lamp", [sheet((1, 1, 2), (3, 3))], emission=1.0)
     things.add("Below", [sheet((1, 1, -2), (3, 3))], emission=0.1)
