@@ -11,7 +11,8 @@ import numpy as np
 
 from ..arrays import BoolArray, IntArray
 from ..scene import Scene
-from .islands import connected
+from .connected import connected
+from .seams import sewn_vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,7 @@ def orientation(scene: Scene) -> Orientation:
 
 def _neighbours(scene: Scene) -> tuple[IntArray, tuple[IntArray, BoolArray], tuple[IntArray, BoolArray], BoolArray]:
     """Return the face of each corner, both faces at each edge that has two and their directions, and the real edges."""
-    face, start = scene.corner_face, scene.corner_vertex
+    face, start = scene.corner_face, sewn_vertices(scene)
     end = start[scene.following_corner]
     proper = scene.live[face] & (start != end)
     edge = np.flatnonzero(proper)
