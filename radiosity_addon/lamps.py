@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from ..core.lighting.lamps import AreaLamp, Cone, Lamp, PointLamp, SunLamp
 from ..core.mending import BRIGHTEST, FARTHEST
+from .materials.images import Images
+from .materials.network import Network, Place
+from .materials.nodes import read_output
 
 if TYPE_CHECKING:
     Array = NDArray[np.float64]
@@ -102,18 +105,17 @@ def _emission(light: bpy.types.Light, name: str, notes: list[str]) -> Array:
     if not outputs:
         return np.ones(3)
     output = next((node for node in outputs if node.is_active_output), outputs[0])
-    links = output.inputs["Surface"].links
-    if not links:
+    network = Network(read_output, Images(), strict=False)
+    found, _, place = Place(network).source(output.inputs["Surface"])
+    if found is None:
         return np.zeros(3)
-    shader = links[0].from_node
+    shader = found.node
     if shader.bl_idname != 'ShaderNodeEmission':
         notes.append(f"{name}: its node '{shader.name}' is not read; it shines as without nodes")
         return np.ones(3)
-    linked = [socket.links[0].from_node.name for socket in shader.inputs if socket.links]
-    if linked:
-        notes.append(f"{name}: its node '{linked[0]}' is not read; the value beside the socket is used")
-    color = np.array(shader.inputs["Color"].default_value[:3], dtype=float)
-    return color * shader.inputs["Strength"].default_value
+    strength = np.broadcast_to(place.value(shader, "Color") * place.value(shader, "Strength"), 3)
+    notes += [f"{name}: {note}" for note in network.notes]
+    return strength
 
 
 def _sun(light: bpy.types.Light, name: str, power: Array, axes: Array) -> SunLamp:

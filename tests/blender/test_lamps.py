@@ -258,6 +258,23 @@ def test_what_is_approximated_is_told(scene, blender, floor, read):
     assert [f"'{textured.name}'" in warning and "'IES Texture'" in warning for warning in warnings] == [False, True]
 
 
+def test_nodes_of_a_lamp_are_read(scene, floor, read):
+    _, lamp = (add_lamp(scene, 'POINT', energy=10.0) for _ in range(2))
+    if lamp.data.node_tree is None:
+        lamp.data.use_nodes = True
+    tree = lamp.data.node_tree
+    emission = next(node for node in tree.nodes if node.bl_idname == 'ShaderNodeEmission')
+    warm, falloff = tree.nodes.new('ShaderNodeBlackbody'), tree.nodes.new('ShaderNodeLightFalloff')
+    warm.inputs[0].default_value, falloff.inputs["Strength"].default_value = 3000.0, 50.0
+    tree.links.new(warm.outputs[0], emission.inputs["Color"])
+    tree.links.new(falloff.outputs["Quadratic"], emission.inputs["Strength"])
+    bright, colored = (found.intensity for found in read().lamps)
+    red, green, blue = colored / (50.0 * bright)
+    assert red > 1.3 > green > 0.5 > blue > 0.05
+    tree.links.new(falloff.outputs["Constant"], emission.inputs["Strength"])
+    assert [f"Light '{lamp.name}': 'Light Falloff' is not read" in line for line in read().warnings] == [True]
+
+
 def test_lamps_shrink_with_the_unit(scene, floor, read, direct):
     # What Cycles takes for a scene in metres looks the same in centimetres.
     add_lamp(scene, 'POINT', energy=100.0, shadow_soft_size=0.3)

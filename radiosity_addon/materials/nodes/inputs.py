@@ -110,6 +110,13 @@ def _light_path(_place: Place, node: Node, output: Socket) -> Array:
     return np.ones(1) if output.identifier in seen else np.zeros(1)
 
 
+def _light_falloff(place: Place, node: Node, output: Socket) -> Array:
+    """Read it where it lets light weaken as light does; smoothing, which only tames what is very near, is left out."""
+    if output.identifier != 'Quadratic':
+        raise Unreadable(node.name)
+    return place.value(node, "Strength")
+
+
 def _fresnel(place: Place, node: Node, _output: Socket) -> Array:
     return _from_above(place.value(node, "IOR"))
 
@@ -136,6 +143,7 @@ READERS = {
     'ShaderNodeNewGeometry': _geometry,
     'ShaderNodeObjectInfo': _object,
     'ShaderNodeLightPath': _light_path,
+    'ShaderNodeLightFalloff': _light_falloff,
     'ShaderNodeFresnel': _fresnel,
     'ShaderNodeLayerWeight': _layer_weight,
 }
