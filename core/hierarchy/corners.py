@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..progress import Progress
-from ..runs import counted
-from ..scene import Scene
+from ..scene import BACK, FRONT, Scene
 from ..shading import shown_face_normals, shown_normals, smooth_groups
-from ..visibility import Occluders
+from ..visibility import Occluders, Surroundings
 from .elements import Elements
 from .exposed import Shown
 from .filter import ROUNDS, smoothed
@@ -38,6 +37,10 @@ _INSET = 0.02
 _CLEAR, _SLANTING = 1.05, 0.2
 # Where it is dark, errors count as many times more, at most.
 _MOST_NEED = 6.0
+# Receivers with less than this share of the light round them may be inside of something.
+_DIM = 0.5
+# Weight of hidden elements beside that of exposed ones.
+_LAST_RESORT = 1e-9
 # Rounds of the filter where most corners only learn what arrives at others.
 _SPARSE_ROUNDS = 10
 
@@ -148,6 +151,9 @@ def final_gather(
         glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, edge, sky)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     lamps = _straight(glance, corners, direct, sky if few else None)
+    around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
+    dim = known & ~covered & ((lamps + glance.others)[:, :3].sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
+    covered[dim] = _inside(scene, corners.point[dim], corners.normal[dim], lit.scenery.occluders)
     light = lamps + smoothed(
         glance.others,
         (lamps + glance.others)[:, :3],
@@ -156,7 +162,7 @@ def final_gather(
         covered,
         ROUNDS if few else _SPARSE_ROUNDS,
     )
-    _uncover(light, covered, corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
+    light = np.where((covered & known)[:, None], around, light)
     close = beside(glance.sights, corners.point, elements)
     meetings = find_meetings(glance.sights.pick(close), scene, corners, elements, patches)
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
@@ -211,29 +217,19 @@ def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Fl
     return need
 
 
-def _uncover(
-    light: Float,
-    covered: NDArray[np.bool_],
-    corners: Corners,
-    elements: Elements,
-    irradiance: Float,
-    exposed: NDArray[np.bool_],
-    patches: Patches,
-) -> None:
-    """Give corners inside or under other geometry the light of what is exposed of their patches, in place."""
-    if not covered.any():
-        return
-    # All elements of the patches that touch a covered corner.
-    group = corners.group[patches.touch_corner]
-    touching = np.flatnonzero(covered[group])
-    begin = np.searchsorted(elements.patch, np.arange(len(patches.area) + 1))
-    patch = patches.touch_patch[touching]
-    count = begin[patch + 1] - begin[patch]
-    pair, element = counted(count, begin[patch])
-    at = group[touching][pair]
-    lit = exposed[element]
-    at, element = at[lit], element[lit]
-    area = np.bincount(at, elements.area[element], len(light))
-    mean = [np.bincount(at, elements.area[element] * channel[element], len(light)) for channel in irradiance.T]
-    beside = covered & (area > 0)
-    light[beside] = (np.stack(mean, axis=1) / np.maximum(area, 1e-300)[:, None])[beside]
+def _inside(scene: Scene, point: Float, normal: Float, occluders: Surroundings) -> NDArray[np.bool_]:
+    """Return which receivers look at a side without light, as on a shelf where a book stands, shape (k,)."""
+    face, _, front = occluders.nearest(point, normal)
+    return np.asarray((face >= 0) & (scene.sides[face] == np.where(front, BACK, FRONT)))
+
+
+def _around(
+    corners: Corners, elements: Elements, irradiance: Float, exposed: NDArray[np.bool_], patches: Patches
+) -> tuple[Float, NDArray[np.bool_]]:
+    """Return what is exposed of the patches round each receiver receives, shape (q, 6), and where there are any."""
+    # Where nothing of them is exposed, that of what is beside them, which hidden elements were given.
+    weight = elements.area * np.where(exposed, 1.0, _LAST_RESORT)
+    of_patch = [np.bincount(elements.patch, weight * part, len(patches.area)) for part in (1.0, *irradiance.T)]
+    at, count = corners.group[patches.touch_corner], len(corners.point)
+    total, *sums = (np.bincount(at, part[patches.touch_patch], count) for part in of_patch)
+    return np.stack(sums, axis=1) / np.maximum(total, 1e-300)[:, None], total > 0

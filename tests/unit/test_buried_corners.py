@@ -53,3 +53,18 @@ def test_a_column_through_a_ceiling(box, light):
     above, _ = baked(light, [*storeys, column], (0.2, 0.8, 2.1))
     assert below.min() > 0.1 * below.mean() > 0.0
     assert above.max() == 0.0
+
+
+def test_books_of_triangles_that_run_into_each_other(box, light):
+    """Half of the cover is inside the next book, and so is the middle of one of its two triangles."""
+    room = box((2, 2, 2))
+    thick = box((0.24, 0.3, 0.34), (0.88, 1.07, 0), inward=False)
+    thin = [
+        face[corners]
+        for face in box((0.2, 0.3, 0.3), (0.9, 0.9, 0), inward=False)
+        for corners in ([0, 1, 2], [0, 2, 3])
+    ]
+    found, places = baked(light, [room, thick, thin], (1.5, 1.0, 1.5))
+    cover = np.repeat([np.ptp(face[:, 0]) == 0 and face[0, 0] > 1 for face in thin], 3)
+    sunk = places[:, 1] > 1.1
+    assert found[cover & sunk].min() > 0.3 * found[cover & ~sunk].max() > 0.01
