@@ -19,11 +19,15 @@ from ..meshing import Patches
 from ..scene import AUTO, BACK, BOTH, FRONT, Scene
 from ..visibility import Surroundings
 from .islands import islands
+from .light_search import LightSearch
 from .lit_sides import lit_sides
-from .orientation import orientation
+from .orientation import Orientation, orientation
 
 # More islands than this are taken together, object by object.
 MOST_ISLANDS = 500
+# ... and of the islands of objects that then seem to be lit on both sides, at most so many are looked at one by one; so
+# many times as many points look a second time from fronts where only the back has light.
+_MOST_PARTS, _AGAIN = 4000, 4
 # A side whose every point has a surface this close before it, as a share of the island's size, shines into a gap: of
 # its light at most some four times that share gets out.
 _GAP = 0.004
@@ -81,10 +85,12 @@ def auto_sides(scene: Scene, patches: Patches, occluders: Surroundings, *, seed:
     undecided = scene.sides == AUTO
     if not undecided.any():
         return scene
-    part = islands(scene)
+    part, rng = islands(scene), np.random.default_rng(seed)
     group = part if np.max(part) < MOST_ISLANDS else scene.face_object
     shape = orientation(scene)
-    found = lit_sides(scene, patches, group, shape, occluders, np.random.default_rng(seed))[group]
+    found = lit_sides(scene, patches, group, shape, occluders, rng)[group]
+    if group is not part:
+        found = _of_parts(scene, patches, found, part, shape, occluders, rng)
     # The front of what is turned is where the others have their back.
     own = np.where(shape.turned & (found != BOTH), FRONT + BACK - found, found)
     # Light on one side is on the other, too, and the front shows.
@@ -95,6 +101,35 @@ def auto_sides(scene: Scene, patches: Patches, occluders: Surroundings, *, seed:
     behind = undecided & (sides == BACK) & ~shape.turned
     lines = _flipped(scene, part, behind) + _turned(scene, undecided & shape.turned)
     return replace(scene, sides=sides, warnings=scene.warnings + lines)
+
+
+def _of_parts(
+    scene: Scene,
+    patches: Patches,
+    found: NDArray[np.uint8],
+    part: IntArray,
+    shape: Orientation,
+    occluders: Surroundings,
+    rng: np.random.Generator,
+) -> NDArray[np.uint8]:
+    """Return the sides of faces with the islands of objects that are lit on both sides looked at one by one.
+
+    An object of loose faces that are turned anyhow, as a level of a game, is lit inside only: on the fronts of some of
+    its faces and on the backs of others, which would show the dark.
+    """
+    nodes = 2 * np.unique(part[(found == BOTH) & (scene.sides == AUTO) & scene.live])
+    if not 0 < len(nodes) < _MOST_PARTS:
+        return found
+    search = LightSearch(scene, patches, part, shape, occluders, rng)
+    lit = search.paths()
+    reached, alone = search.look(np.sort(np.concatenate([nodes, nodes + 1])), lit)
+    bright = reached | alone
+    # A front that is missed would be dark in the result: look once more.
+    doubted = nodes[bright[nodes + 1] & ~bright[nodes]]
+    for more in search.look(doubted, lit, _AGAIN):
+        bright |= more
+    behind = doubted[~bright[doubted]] // 2
+    return np.where((found == BOTH) & np.isin(part, behind), BACK, found).astype(np.uint8)
 
 
 def _without_gaps(

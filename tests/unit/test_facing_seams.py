@@ -6,7 +6,8 @@ import numpy as np
 from core.facing.islands import islands
 from core.facing.orientation import orientation
 from core.facing.seams import sewn_vertices
-from core.scene import AUTO, FRONT, Scene
+from core.facing.sides import MOST_ISLANDS
+from core.scene import AUTO, BACK, BOTH, FRONT, Scene
 from tests.unit.islands import sheet
 
 
@@ -48,3 +49,21 @@ def test_the_inside_of_glowing_letters_is_dark(decide, box):
     floor = sheet((0, 0, 0), (4, 4))
     scene = split([*letter, floor], of=[0] * 6 + [1], emission=emission, sides=[AUTO] * 7)
     assert decide(scene).sides.tolist() == [FRONT] * 7
+
+
+def test_loose_faces_that_are_turned_anyhow_are_lit_in_their_room(decide):
+    walls = []
+    for axis in range(3):
+        for at in (0.0, 3.0):
+            u, v = np.meshgrid(np.arange(0, 3, 0.3), np.arange(0, 3, 0.3))
+            for low in np.stack([u.ravel(), v.ravel()], axis=1):
+                face = np.insert(low + 0.3 * np.array([(0, 0), (1, 0), (1, 1), (0, 1)]), axis, at, axis=1)
+                inward = np.cross(face[1] - face[0], face[2] - face[1])[axis] * (1.5 - at) > 0
+                walls.append(face if inward else face[::-1])
+    flipped = np.random.default_rng(0).random(len(walls)) < 0.5
+    walls = [face[::-1] if turned else face for face, turned in zip(walls, flipped, strict=True)]
+    lamp = sheet((1, 1, 2.5), (2, 2), up=False)
+    emission = np.repeat([0.0] * len(walls) + [10.0], 3).reshape(-1, 3)
+    scene = split([*walls, lamp], of=[0] * len(walls) + [1], emission=emission, sides=[AUTO] * (len(walls) + 1))
+    assert len(walls) > MOST_ISLANDS
+    np.testing.assert_array_equal(decide(scene).sides[:-1], np.where(flipped, BACK, BOTH))
