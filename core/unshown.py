@@ -56,9 +56,9 @@ def differing_sides(
     common = float(np.average(light, weights=patches.area))
     shown, hidden = (_face_means(scene, patches, light, side) for side in (front, back))
     enclosed = _face_means(scene, patches, np.nan_to_num(row_sums), back) > _SEEN
-    darker = both & enclosed & (shown > _APART * hidden) & (hidden > _DARK * common)
-    darker[darker] = _room_behind(scene, np.flatnonzero(darker), occluders)
+    darker = enclosed & (shown > _APART * hidden) & (hidden > _DARK * common)
     apart = both & ((hidden > _APART * np.maximum(shown, _DARK * common)) | darker)
+    apart[apart] = _room_behind(scene, np.flatnonzero(apart), occluders)
     worth = _sums(scene, scene.face_area * apart) > _WORTH * _sums(scene, scene.face_area)
     what = (
         f"its sides differ in light by {_APART:g} times and more; the colors show the front only (give walls a "
