@@ -111,6 +111,7 @@ def test_lamps_and_worlds_that_are_no_numbers_are_told_and_left_out(bake, scene,
     world.node_tree.nodes["Background"].inputs["Strength"].default_value = NAN
     complaint, warnings = bake()
     assert complaint is None and baked(blender).min() > 0.0
+    warnings = [line for line in warnings if not line.startswith("Object")]
     told = "\n".join(warnings)
     assert len(warnings) == 4
     for start in ("Light 'Power'", "Light 'Size'", "Light 'Place'", "World 'World'"):
