@@ -25,8 +25,8 @@ from .orientation import Orientation, orientation
 
 # More islands than this are taken together, object by object.
 MOST_ISLANDS = 500
-# ... and of the islands of objects that then seem to be lit on both sides, at most so many are looked at one by one; so
-# many times as many points look a second time from fronts where only the back has light.
+# ... and then of open islands at most so many are looked at one by one; so many times as many points look a second time
+# from sides that seem to be dark where the others have light.
 _MOST_PARTS, _AGAIN = 4000, 4
 # A side whose every point has a surface this close before it, as a share of the island's size, shines into a gap: of
 # its light at most some four times that share gets out.
@@ -112,24 +112,27 @@ def _of_parts(
     occluders: Surroundings,
     rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
-    """Return the sides of faces with the islands of objects that are lit on both sides looked at one by one.
+    """Return the sides of faces with the open islands of objects that have several looked at one by one.
 
     An object of loose faces that are turned anyhow, as a level of a game, is lit inside only: on the fronts of some of
     its faces and on the backs of others, which would show the dark.
     """
-    nodes = 2 * np.unique(part[(found == BOTH) & (scene.sides == AUTO) & scene.live])
+    open_to_light = (scene.sides == AUTO) & scene.live & ~shape.sealed
+    nodes = 2 * np.unique(part[open_to_light])
     if not 0 < len(nodes) < _MOST_PARTS:
         return found
     search = LightSearch(scene, patches, part, shape, occluders, rng)
     lit = search.paths()
     reached, alone = search.look(np.sort(np.concatenate([nodes, nodes + 1])), lit)
     bright = reached | alone
-    # A front that is missed would be dark in the result: look once more.
-    doubted = nodes[bright[nodes + 1] & ~bright[nodes]]
+    # A side that is missed would be dark in the result: look once more.
+    front, back = bright[nodes], bright[nodes + 1]
+    doubted = np.sort(np.concatenate([nodes[back & ~front], nodes[front & ~back] + 1]))
     for more in search.look(doubted, lit, _AGAIN):
         bright |= more
-    behind = doubted[~bright[doubted]] // 2
-    return np.where((found == BOTH) & np.isin(part, behind), BACK, found).astype(np.uint8)
+    front, back = bright[::2][part], bright[1::2][part]
+    found = np.where(open_to_light & back & ~front, BACK, found)
+    return np.where(open_to_light & front & ~back & (found == BACK), FRONT, found).astype(np.uint8)
 
 
 def _without_gaps(
