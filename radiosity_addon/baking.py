@@ -11,6 +11,9 @@ from collections.abc import Generator
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..core import bake as core_bake
 from ..core.errors import RadiosityError
 from ..core.progress import Progress
@@ -25,6 +28,9 @@ from .scene_reader import Reading, read_scene
 
 if TYPE_CHECKING:
     import bpy
+
+# Radiance that shows as black, or nearly so.
+FAINT = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +128,17 @@ def _require_light(scene: Scene) -> None:
         )
 
 
+def _faint(colors: NDArray[np.float64]) -> list[str]:
+    """Tell that colors are too dark to be seen."""
+    brightest = float(colors.max(initial=0.0))
+    if not 0.0 < brightest < FAINT:
+        return []
+    return [
+        f"The light is faint: no color is above {brightest:.2g}, and all of it looks black; raise the strength of "
+        "lamps, of emission or of the world (files from before Blender 2.80 may bring lamps of 1 W)"
+    ]
+
+
 def _report(
     bake: core_bake.Bake, reading: Reading, plan: Plan | CopyPlan, lost: list[str], seconds: dict[str, float]
 ) -> dict[str, Any]:
@@ -129,7 +146,7 @@ def _report(
     report = bake.report.as_dict()
     written = set(map(id, plan.targets))
     report["seconds"] = report["seconds"] | seconds
-    report["warnings"] = [*report["warnings"], *plan.warnings, *lost]
+    report["warnings"] = [*report["warnings"], *_faint(bake.corner_radiance), *plan.warnings, *lost]
     report["scene"] = scene_counts(reading.scene)
     report["objects"] = [
         {

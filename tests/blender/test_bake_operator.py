@@ -121,6 +121,14 @@ def test_the_panel_and_the_last_line_tell_what_to_act_on(addon, scene, blender, 
     assert addon("operators").sentence(report).endswith(" s, not converged; 2 warnings in the Radiosity panel")
 
 
+def test_light_that_nobody_sees_is_told(bake, scene):
+    lamp, _ = lit_pair(scene)
+    strength = lamp.data.materials[0].node_tree.nodes["Principled BSDF"].inputs["Emission Strength"]
+    for value, told in ((1e-4, True), (1.0, False)):
+        strength.default_value = value
+        assert any(line.startswith("The light is faint: no color is above 0.0001") for line in bake()) == told
+
+
 def test_the_last_bake_stays_for_the_panel_but_not_in_the_file(press, scene, blender, tmp_path):
     lit_pair(scene)
     press()
