@@ -20,7 +20,7 @@ from .first_look import typical_irradiance
 from .glances import COVERED, Corners, Glance, glances, sparse_glances
 from .meetings import at_edges, exchange, find_meetings
 from .quality import Quality
-from .receivers import DirectLight
+from .receivers import SPARSE_SIZE, DirectLight
 from .scenery import relit
 from .sights import NOTHING, beside
 from .slopes import find_slopes
@@ -164,10 +164,13 @@ def final_gather(
     )
     light = np.where((covered & known)[:, None], around, light)
     close = beside(glance.sights, corners.point, elements)
-    meetings = find_meetings(glance.sights.pick(close), scene, corners, elements, patches)
+    # Most corners of a fine mesh have their neighbours' light: what is beside a few of them does not show.
+    most = len(corners.point) if few else quality.corners // 4
+    meetings = find_meetings(glance.sights.pick(close), scene, corners, elements, patches, most)
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
     if len(meetings.owner):
-        more = yield from glances(meetings.aside, lit, sent, np.ones(len(meetings.owner)), quality, workers)
+        even = np.ones(len(meetings.owner))
+        more = yield from glances(meetings.aside, lit, sent, even, quality, workers, SPARSE_SIZE)
         aside = (_straight(more, meetings.aside, direct, sky) + more.others)[:, :3]
         links, rays, seen = links + more.links, rays + more.rays, more.sights
     slopes = find_slopes(glance.sights.pick(~close), scene, corners, elements, patches)

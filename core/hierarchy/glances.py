@@ -78,7 +78,13 @@ class Glance:
 
 
 def glances(
-    corners: Corners, lit: Lit, shown: Float, need: Float, quality: Quality, workers: Executor
+    corners: Corners,
+    lit: Lit,
+    shown: Float,
+    need: Float,
+    quality: Quality,
+    workers: Executor,
+    size: int = GROUP_SIZE,
 ) -> Generator[Progress, None, Glance]:
     """Let every corner look at everything.
 
@@ -92,6 +98,8 @@ def glances(
         How many times as much an error counts as where light is typical.
     quality : Quality
     workers : concurrent.futures.Executor
+    size : int
+        Most corners in a group.
 
     Yields
     ------
@@ -102,7 +110,7 @@ def glances(
     Glance
     """
     everyone = np.arange(len(corners.point))
-    return (yield from _glance(corners, everyone, lit, shown, need, quality.gather, workers))
+    return (yield from _glance(corners, everyone, lit, shown, need, quality.gather, workers, size))
 
 
 def sparse_glances(
@@ -206,11 +214,17 @@ def _lamps(
 
 
 def _glance(
-    corners: Corners, which: Int, lit: Lit, shown: Float, need: Float, detail: Detail, workers: Executor
+    corners: Corners,
+    which: Int,
+    lit: Lit,
+    shown: Float,
+    need: Float,
+    detail: Detail,
+    workers: Executor,
+    size: int = SPARSE_SIZE,
 ) -> Generator[Progress, None, Glance]:
     """Gather all light at some corners."""
     point, normal, scenery, elements = corners.point[which], corners.normal[which], lit.scenery, lit.elements
-    size = GROUP_SIZE if len(which) == len(corners.point) else SPARSE_SIZE
     receivers = group_receivers(point, normal, size)
     count, width = len(which), shown.shape[1]
     scale = float(np.max(shown, initial=0.0)) or 1.0

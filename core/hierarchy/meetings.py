@@ -29,6 +29,7 @@ _SAME_PLANE = 1e-3
 _ROUNDS = 60
 _CONVERGED = 1e-4
 
+
 @dataclass(frozen=True, eq=False)
 class Neighbours:
     """Which receiver stands for a patch at the place of another receiver.
@@ -117,7 +118,9 @@ class Meetings:
     neighbours: Neighbours
 
 
-def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elements, patches: Patches) -> Meetings:
+def find_meetings(
+    sights: Sights, scene: Scene, corners: Corners, elements: Elements, patches: Patches, most: int
+) -> Meetings:
     """Find out where receivers stand beside another surface.
 
     Parameters
@@ -129,6 +132,8 @@ def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elem
         Its receivers.
     elements : Elements
     patches : Patches
+    most : int
+        Points aside, for those that see most of what they stand beside.
 
     Returns
     -------
@@ -140,9 +145,11 @@ def find_meetings(sights: Sights, scene: Scene, corners: Corners, elements: Elem
     apart = other != sights.receiver
     sights, other = sights.pick(apart), other[apart]
     lacking = np.flatnonzero(other < 0)
+    lacking = lacking[_foremost(sights.pick(lacking), most)]
     owner, aside, which = _aside(sights.pick(lacking), corners, elements)
     other[lacking] = len(corners.point) + which
-    return Meetings(sights, other, aside, owner, known)
+    known_of = np.flatnonzero(other >= 0)
+    return Meetings(sights.pick(known_of), other[known_of], aside, owner, known)
 
 
 def exchange(
@@ -196,6 +203,15 @@ def exchange(
         if np.abs(H - before).max(initial=0) <= _CONVERGED * H.max(initial=0):
             break
     return H[:count]
+
+
+def _foremost(sights: Sights, most: int) -> NDArray[np.bool_]:
+    """Return the sights of the receivers that see most of what they stand beside, of so many receivers at most."""
+    receiver, which = np.unique(sights.receiver, return_inverse=True)
+    seen = np.bincount(which.ravel(), sights.weight, len(receiver))
+    foremost = np.zeros(len(receiver), bool)
+    foremost[np.argsort(-seen, kind="stable")[:most]] = True
+    return foremost[which.ravel()]
 
 
 def _aside(sights: Sights, corners: Corners, elements: Elements) -> tuple[Int, Corners, Int]:

@@ -14,7 +14,7 @@ from .tree import Float, Int, build_tree
 
 GROUP_SIZE = 16
 # Samples lie far apart for the size of what is around them: in large groups, all that is within would count as near.
-SPARSE_SIZE = 4
+SPARSE_SIZE = 2
 
 # Irradiance [W/m^2] that no element sends, shape (n, 3), at points [m] with normals, both of shape (n, 3).
 DirectLight = Callable[[Float, Float], Float]

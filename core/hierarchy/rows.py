@@ -12,6 +12,7 @@ from ..runs import counted
 from ..workers import in_order
 from .kernels import Single, far_form_factors, near_form_factors
 from .links import Links, find_links
+from .lots import draw_lots
 from .quality import Detail
 from .rays import visible_share
 from .receivers import Receivers
@@ -22,15 +23,19 @@ from .tree import Float, Int
 TASK = 1024
 # ... and how many tasks a small scene is shared out among, at least.
 _TASKS = 8
-# Rows that add up to more than this are no error of a few rays.
-_FULL = 1.2
+# Nobody sees more than all that is around. Links go by the bright parts of nodes and add up to more where those show
+# and the others do not; beyond this, without what rays alone tell, and with it, something is there twice.
+_FULL, _OVERFULL = 1.5, 2.0
 # A wide node brings at most so many times what it would as a body of the area that it shows: a single ray that ends
 # close by would speak for all of it.
-_MOST_BROUGHT = 4.0
+_MOST_BROUGHT = 8.0
 # A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
 _LARGE, _LARGE_RAYS = 0.05, 4
 # What a receiver sees of an element for it to matter which part of it that is.
 _MUCH = 0.04
+# Links that carry less than this share of what would be opened are drawn by lot; what is dark counts as so bright, as a
+# share of a typical irradiance.
+_LOTS, _DIMMEST = 0.25, 0.25
 # Tasks computed ahead of the one that is waited for.
 _AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
@@ -113,12 +118,15 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     count = np.diff(receivers.first)[links.group]
     pair, receiver = counted(count, receivers.first[links.group])
     weight = _form_factors(receivers, receiver, links, pair, scenery)
+    wanted = np.ones(len(pair), np.float32) if need is None else need[links.group[pair]].astype(np.float32)
+    # Row sums and other light need what is dark as well.
+    bright = np.maximum(scenery.brightness, _DIMMEST).astype(np.float32)[links.node[pair]]
+    lots = draw_lots(weight * bright * wanted / np.float32(_LOTS * detail.error), receiver, links.node[pair])
+    weight *= lots
     shining = np.flatnonzero(weight > 0)
     node = links.node[pair[shining]]
     # Rays go where the light is: a dim far link gets one.
-    carried = weight[shining] * scenery.brightness[node]
-    if need is not None:
-        carried *= need[links.group[pair[shining]]]
+    carried = weight[shining] * scenery.brightness[node] * wanted[shining]
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
     rays = np.where(weight[shining] > _LARGE, np.maximum(rays, _LARGE_RAYS), rays)
     wide = sources.wide[node]
@@ -126,14 +134,9 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     seen = visible_share(
         receivers.point, receivers.normal, receiver[shining], node, rays, large, scenery.targets, scenery.occluders
     )
-    told = np.minimum(sources.area[node] * seen.brought / np.pi, _MOST_BROUGHT * weight[shining])
+    told = np.minimum(lots[shining] * sources.area[node] * seen.brought / np.pi, _MOST_BROUGHT * weight[shining])
     weight[shining] = np.where(wide, told, weight[shining] * seen.share)
-    # Nobody sees more than all that is around; what is there twice, such as doubled faces, counts half.
-    if len(receiver):
-        at = receiver - np.min(receiver)
-        full = np.bincount(at, weight)
-        if np.max(full) > _FULL:
-            weight *= np.where(full > _FULL, 1 / np.maximum(full, 1), 1)[at]
+    weight *= _halved(weight, receiver, sources.wide[links.node[pair]])
     sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
     # On a curved surface most of what is close by is behind the horizon of all.
     kept = np.bincount(pair[weight > 0], minlength=len(count)) > 0
@@ -143,6 +146,16 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     first = np.searchsorted(group, np.append(groups, np.iinfo(np.int64).max))
     begin = np.concatenate(([0], np.cumsum(count)))[first]
     return Rows(groups, first, node, begin, weight, sums, large, middle, seen.cast)
+
+
+def _halved(weight: Single, receiver: Int, wide: NDArray[np.bool_]) -> Float:
+    """Return what pairs are multiplied with for what is there twice, such as doubled faces, to count half."""
+    if not len(receiver):
+        return np.ones(0)
+    at = receiver - np.min(receiver)
+    full, sure = np.bincount(at, weight), np.bincount(at, np.where(wide, 0, weight))
+    halved: Float = np.where((sure > _FULL) | (full > _OVERFULL), 1 / np.maximum(full, 1), 1)[at]
+    return halved
 
 
 def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, bright: NDArray[np.bool_]) -> Float:

@@ -106,7 +106,7 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
     -------
     Sources
     """
-    tree = build_tree(centre, normal, shade)
+    tree = build_tree(centre, normal, shade, compact=True)
     low, high = tree.extremes(corners.min(axis=1), corners.max(axis=1))
     total, node_centre, covariance = _moments(tree, corners, centre, area)
     vector = tree.sums(area[:, None] * normal)

@@ -11,15 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
-Int = NDArray[np.int64]
+from ..arrays import FloatArray as Float
+from ..arrays import IntArray as Int
+from .splitting import split
 
-# A split that leaves less than this share of a node on one side is replaced by one through the median.
-_LEAST_SHARE = 1 / 8
-# Weights of orientation, of the plane's offset and of a stop of brightness against position, for the longest axis.
-_NORMAL_WEIGHT = 0.7
-_OFFSET_WEIGHT = 3.0
-_SHADE_WEIGHT = 0.3
+__all__ = ["Float", "Int", "Tree", "build_tree", "least_cosine"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +124,7 @@ def least_cosine(tree: Tree, normal: Float, mean: Float) -> Float:
     return bound
 
 
-def build_tree(position: Float, normal: Float, shade: Float | None = None) -> Tree:
+def build_tree(position: Float, normal: Float, shade: Float | None = None, *, compact: bool = False) -> Tree:
     """Split elements by the longest axis of position, orientation and plane offset until each stands alone.
 
     Parameters
@@ -139,6 +135,8 @@ def build_tree(position: Float, normal: Float, shade: Float | None = None) -> Tr
         Unit normals.
     shade : ndarray of shape (n,), optional
         Binary logarithm of how bright each is: what is unevenly lit is parted, too.
+    compact : bool
+        Keep clusters small rather than of one orientation, where that makes better sources of light.
 
     Returns
     -------
@@ -159,47 +157,8 @@ def build_tree(position: Float, normal: Float, shade: Float | None = None) -> Tr
         children.append(child)
         if not len(inner):
             break
-        middle = _split(order, start[inner], stop[inner], position, normal, shade)
+        middle = split(order, start[inner], stop[inner], position, normal, shade, compact)
         starts.append(np.column_stack((start[inner], middle)).ravel())
         stops.append(np.column_stack((middle, stop[inner])).ravel())
         levels.append((last, last + 2 * len(inner)))
     return Tree(order, np.concatenate(starts), np.concatenate(stops), np.concatenate(children), tuple(levels))
-
-
-def _split(order: Int, start: Int, stop: Int, position: Float, normal: Float, shade: Float) -> Int:
-    """Reorder the runs start:stop of `order` in place, each into two halves, and return where the second begins."""
-    size = stop - start
-    first = np.concatenate(([0], np.cumsum(size)[:-1]))
-    segment = np.repeat(np.arange(len(size)), size)
-    slot = np.arange(size.sum()) - np.repeat(first - start, size)
-    element = order[slot]
-    # Coordinates relative to each node's middle, so that a plane's offset does not depend on where the origin is.
-    x, n = position[element], normal[element]
-    low, high = np.minimum.reduceat(x, first), np.maximum.reduceat(x, first)
-    extent = high - low
-    reach = extent.max(axis=1)
-    x = x - (0.5 * (low + high))[segment]
-    offset = _OFFSET_WEIGHT * (x * n).sum(axis=1)
-    apart = (_SHADE_WEIGHT * reach)[segment] * shade[element]
-    feature = np.column_stack((x, n * (_NORMAL_WEIGHT * reach)[segment, None], offset, apart))
-    low, high = np.minimum.reduceat(feature, first), np.maximum.reduceat(feature, first)
-    axis = (high - low).argmax(axis=1)
-    value = feature[np.arange(len(segment)), axis[segment]]
-    cut = 0.5 * (low + high)[np.arange(len(axis)), axis]
-    right = value > cut[segment]
-    count = np.add.reduceat(right.astype(np.int64), first)
-    # A lopsided split would make the tree as deep as it is wide: take the median there.
-    lopsided = np.minimum(count, size - count) < np.where(axis < 7, _LEAST_SHARE * size, 1)
-    if lopsided.any():
-        here = np.flatnonzero(lopsided[segment])
-        ranked = here[np.lexsort((value[here], segment[here]))]
-        # `here` runs segment by segment, as `ranked` does, so a place in the one is a rank in the other.
-        right[ranked] = here - first[segment[here]] >= size[segment[here]] // 2
-        count = np.add.reduceat(right.astype(np.int64), first)
-    # Each element's place: behind those of its segment that come before it on its side, and behind all on the left.
-    ranks = np.cumsum(right)
-    ahead = ranks - right - (ranks - right)[first][segment]
-    place = np.where(right, (stop - count)[segment] + ahead, slot - ahead)
-    order[place] = element
-    middle: Int = stop - count
-    return middle
