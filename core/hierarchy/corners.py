@@ -105,6 +105,7 @@ def final_gather(
     quality: Quality,
     workers: Executor,
     *,
+    sides: NDArray[np.uint8],
     direct: DirectLight | None = None,
     sky: DirectLight | None = None,
 ) -> Generator[Progress, None, tuple[Float, Float, int, int]]:
@@ -122,6 +123,8 @@ def final_gather(
     patches : Patches
     quality : Quality
     workers : concurrent.futures.Executor
+    sides : ndarray of shape (f,)
+        Which sides of all faces that block have light, see `Scene`; `scene` may be some of those faces.
     direct, sky : callable, optional
         Light of lamps that are no elements, and of the sky.
 
@@ -153,7 +156,7 @@ def final_gather(
     lamps = _straight(glance, corners, direct, sky if few else None)
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     dim = known & ~covered & ((lamps + glance.others)[:, :3].sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
-    covered[dim] = _inside(scene, corners.point[dim], corners.normal[dim], lit.scenery.occluders)
+    covered[dim] = _inside(sides, corners.point[dim], corners.normal[dim], lit.scenery.occluders)
     light = lamps + smoothed(
         glance.others,
         (lamps + glance.others)[:, :3],
@@ -220,10 +223,10 @@ def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Fl
     return need
 
 
-def _inside(scene: Scene, point: Float, normal: Float, occluders: Surroundings) -> NDArray[np.bool_]:
+def _inside(sides: NDArray[np.uint8], point: Float, normal: Float, occluders: Surroundings) -> NDArray[np.bool_]:
     """Return which receivers look at a side without light, as on a shelf where a book stands, shape (k,)."""
     face, _, front = occluders.nearest(point, normal)
-    return np.asarray((face >= 0) & (scene.sides[face] == np.where(front, BACK, FRONT)))
+    return np.asarray((face >= 0) & (sides[face] == np.where(front, BACK, FRONT)))
 
 
 def _around(

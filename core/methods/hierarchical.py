@@ -70,9 +70,10 @@ def hierarchical(
         far = [lamp for lamp in scene.lamps if isinstance(lamp, SkyLamp)]
         direct, sky = (partial(lamps, lamps=some) if some else None for some in (near, far))
 
+        lights = partial(final_gather, lit=lit, shown=shown, quality=quality, sides=scene.sides, direct=direct, sky=sky)
+
         def gather(scene: Scene, corners: Corners, patches: Patches) -> Gathering:
-            steps = final_gather(scene, corners, lit, shown, patches, quality, workers, direct=direct, sky=sky)
-            return clock.watch(steps)
+            return clock.watch(lights(scene, corners, patches=patches, workers=workers))
 
         H, first, links, rays = yield from gather(scene, corners, patches)
         back, beyond = behind(scene, patches), None
