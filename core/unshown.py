@@ -64,7 +64,7 @@ def differing_sides(
         f"its sides differ in light by {_APART:g} times and more; the colors show the front only (give walls a "
         "thickness with Solidify, or choose Sides: Back)"
     )
-    return [f"Object '{scene.object_names[index]}': {what}" for index in np.flatnonzero(worth)]
+    return _told(scene, worth, what)
 
 
 def light_between_corners(
@@ -103,7 +103,7 @@ def light_between_corners(
         "its faces are too large to show the light between their corners (subdivide it, or bake a copy with a patch "
         "size)"
     )
-    return [f"Object '{scene.object_names[index]}': {what}" for index in np.flatnonzero(worth)]
+    return _told(scene, worth, what)
 
 
 def _room_behind(scene: Scene, faces: IntArray, occluders: Surroundings) -> BoolArray:
@@ -126,3 +126,8 @@ def _face_means(scene: Scene, patches: Patches, values: FloatArray, chosen: Bool
 def _sums(scene: Scene, values: FloatArray) -> FloatArray:
     """Return the sum over the faces of each object."""
     return np.bincount(scene.face_object, values, len(scene.object_names))
+
+
+def _told(scene: Scene, worth: BoolArray, what: str) -> list[str]:
+    """Return a line for each object that is worth one."""
+    return [f"Object '{scene.object_names[index]}': {what}" for index in np.flatnonzero(worth)]

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray
-from .occlusion.blender_tree import BVHOccluders
 from .occlusion.brute_force import BruteForceOccluders
 from .occlusion.panes import Panes, find_panes
+from .occlusion.single_rays import SingleRays, single_rays
 from .occlusion.streams import StreamOccluders
 from .occlusion.surfaces import Occluding, occluder_polygons
 
@@ -110,12 +110,9 @@ class SurfaceOccluders:
         self._stream = StreamOccluders(occluding)
 
     @cached_property
-    def _single(self) -> BVHOccluders | BruteForceOccluders:
+    def _single(self) -> SingleRays:
         """Return who is asked for a few segments, and for what is nearest: grown only when it is needed."""
-        try:
-            return BVHOccluders(self._occluding)
-        except ModuleNotFoundError:
-            return BruteForceOccluders(self._occluding)
+        return single_rays(self._occluding)
 
     def blocked(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""

@@ -4,10 +4,9 @@
 import numpy as np
 
 from ..arrays import IntArray
+from ..places import places
 from ..scene import Scene
 from .connected import connected
-
-_MIXERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 
 
 def sewn_vertices(scene: Scene) -> IntArray:
@@ -24,8 +23,8 @@ def sewn_vertices(scene: Scene) -> IntArray:
     ndarray of shape (c,)
         Numbers as in `Scene.corner_vertex`.
     """
-    place = _places(scene)
-    if place is None:
+    place = places(scene.vertices)
+    if np.array_equal(place, np.arange(len(place))):
         return scene.corner_vertex
     vertex = place[scene.corner_vertex]
     face = scene.corner_face
@@ -45,22 +44,3 @@ def sewn_vertices(scene: Scene) -> IntArray:
     closed = np.ones(len(scene.face_object), dtype=np.bool_)
     closed[label[owner[~paired[run]]]] = False
     return np.where(closed[label][face], vertex, scene.corner_vertex)
-
-
-def _places(scene: Scene) -> IntArray | None:
-    """Return the first vertex at the place of each vertex, shape (v,), or None where no two share one."""
-    bits = (scene.vertices + 0.0).view(np.uint64).reshape(-1, 3)
-    x, y, z = (bits * _MIXERS).T
-    mixed = x ^ y ^ z
-    mixed ^= mixed >> np.uint64(29)
-    order = np.argsort(mixed, kind="stable")
-    same = mixed[order][1:] == mixed[order][:-1]
-    if not same.any():
-        return None
-    place = np.arange(len(order))
-    begin = np.append(True, ~same)
-    leader = order[np.flatnonzero(begin)][np.cumsum(begin) - 1]
-    # Places that only seem to be the same stay apart.
-    equal = (scene.vertices[order] == scene.vertices[leader]).all(axis=1)
-    place[order[equal]] = leader[equal]
-    return place

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..meshing import Patches
+from ..places import places
 from ..scene import Scene
 from .elements import Elements
 from .glances import Corners
@@ -57,7 +58,7 @@ class Neighbours:
         return known
 
 
-def places(scene: Scene, corners: Corners) -> tuple[Int, Int]:
+def corner_places(scene: Scene, corners: Corners) -> tuple[Int, Int]:
     """Return numbers for the places where corners of a mesh are, whatever vertices they belong to.
 
     Parameters
@@ -72,23 +73,22 @@ def places(scene: Scene, corners: Corners) -> tuple[Int, Int]:
         Place of each of the scene's corners.
     of_receiver : ndarray of shape (q,)
     """
-    _, place = np.unique(scene.vertices, axis=0, return_inverse=True)
-    of_corner = place.ravel()[scene.corner_vertex]
+    of_corner = places(scene.vertices)[scene.corner_vertex]
     of_receiver = np.zeros(len(corners.point), np.int64)
     of_receiver[corners.group] = of_corner
     return of_corner, of_receiver
 
 
 def at_edges(scene: Scene, corners: Corners) -> NDArray[np.bool_]:
-    """Return which receivers share their place with another surface's, shape (q,); parameters as for `places`."""
-    _, place = places(scene, corners)
+    """Return which receivers share their place with another surface's, shape (q,); see `corner_places`."""
+    _, place = corner_places(scene, corners)
     edge: NDArray[np.bool_] = np.bincount(place)[place] > 1
     return edge
 
 
 def neighbours(scene: Scene, corners: Corners, patches: Patches) -> Neighbours:
     """Find out which corners of a mesh are at the same place; parameters as for `find_meetings`."""
-    at, place = places(scene, corners)
+    at, place = corner_places(scene, corners)
     key = at[patches.touch_corner] * len(patches.area) + patches.touch_patch
     order = np.argsort(key, kind="stable")
     return Neighbours(place, key[order], corners.group[patches.touch_corner[order]], len(patches.area))
@@ -148,8 +148,8 @@ def find_meetings(
     lacking = lacking[_foremost(sights.pick(lacking), most)]
     owner, aside, which = _aside(sights.pick(lacking), corners, elements)
     other[lacking] = len(corners.point) + which
-    known_of = np.flatnonzero(other >= 0)
-    return Meetings(sights.pick(known_of), other[known_of], aside, owner, known)
+    met = other >= 0
+    return Meetings(sights.pick(met), other[met], aside, owner, known)
 
 
 def exchange(

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from .blender_tree import BVHOccluders
-from .brute_force import BruteForceOccluders
+from .single_rays import single_rays
 from .surfaces import separate_polygons
 
 if TYPE_CHECKING:
@@ -34,12 +33,7 @@ class Panes:
 
     def __init__(self, scene: Scene, chosen: BoolArray) -> None:
         self._tint = scene.tint
-        occluding = separate_polygons(scene, chosen)
-        self._tree: BVHOccluders | BruteForceOccluders
-        try:
-            self._tree = BVHOccluders(occluding)
-        except ModuleNotFoundError:
-            self._tree = BruteForceOccluders(occluding)
+        self._tree = single_rays(separate_polygons(scene, chosen))
 
     def tint(self, origins: FloatArray, targets: FloatArray) -> FloatArray:
         """Return what light is multiplied with on segments.

@@ -24,6 +24,19 @@ def plain(name, kind, **values):
     return material
 
 
+def sunlit(blender, scene, floor, cover):
+    """Return the mean colors of a floor in the sun, without what is over it and with it."""
+    sun = blender.data.objects.new("Sun", blender.data.lights.new("Sun", 'SUN'))
+    scene.collection.objects.link(sun)
+    scene.radiosity.light = 'direct'
+    lit = []
+    for hidden in (True, False):
+        cover.hide_render = hidden
+        assert blender.ops.radiosity.bake() == {'FINISHED'}
+        lit.append(colors(floor.data)[:, :3].mean(axis=0))
+    return lit
+
+
 @pytest.fixture
 def bake(extension, scene, blender):
     """Give a function that bakes a room with a lamp inside, and in front of the lamp what is asked for."""
@@ -95,15 +108,8 @@ def test_leaves_that_are_half_there_pass_half_of_the_sun(extension, scene, blend
     step = m + 1
     cells = [(k, k + 1, k + 1 + step, k + step) for j in range(m) for k in range(j * step, j * step + m)]
     floor.data.from_pydata(grid, [], cells)
-    sun = blender.data.objects.new("Sun", blender.data.lights.new("Sun", 'SUN'))
-    scene.collection.objects.link(sun)
-    scene.radiosity.light = 'direct'
-    lit = {}
-    for shown in (True, False):
-        roof.hide_render = shown
-        assert blender.ops.radiosity.bake() == {'FINISHED'}
-        lit[shown] = colors(floor.data)[:, 0].mean()
-    assert lit[False] == pytest.approx(0.5 * lit[True], rel=0.1)
+    bare, below = sunlit(blender, scene, floor, roof)
+    assert below[0] == pytest.approx(0.5 * bare[0], rel=0.1)
 
 
 def test_sun_through_a_colored_pane_is_colored(extension, scene, blender):
@@ -111,13 +117,6 @@ def test_sun_through_a_colored_pane_is_colored(extension, scene, blender):
     glass = (0.9, 0.6, 0.3)
     pane = add_square(scene, "Pane", plain("Glass", 'ShaderNodeBsdfGlass', Color=(*glass, 1.0)), z=1.0, size=5.0)
     pane.location = (-2.0, -2.0, 0.0)
-    sun = blender.data.objects.new("Sun", blender.data.lights.new("Sun", 'SUN'))
-    scene.collection.objects.link(sun)
-    scene.radiosity.light = 'direct'
-    lit = {}
-    for hidden in (True, False):
-        pane.hide_render = hidden
-        assert blender.ops.radiosity.bake() == {'FINISHED'}
-        lit[hidden] = colors(floor.data)[:, :3].mean(axis=0)
-    np.testing.assert_allclose(lit[False], lit[True] * glass, rtol=1e-5)
+    bare, below = sunlit(blender, scene, floor, pane)
+    np.testing.assert_allclose(below, bare * glass, rtol=1e-5)
     assert "only that of lamps and the world" in blender.context.window_manager.radiosity.warnings

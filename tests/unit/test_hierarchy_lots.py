@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lots among links that carry next to nothing, and clusters that stay small where there is much."""
+"""Lots among links that carry next to nothing."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,10 @@ from core.hierarchy.quality import Detail
 from core.hierarchy.receivers import group_receivers
 from core.hierarchy.rows import build_rows, gather
 from core.hierarchy.scenery import build_scenery
-from core.hierarchy.tree import build_tree
 from core.meshing import mesh
 from core.scene import Scene
 from core.visibility import scene_occluders
-from tests.unit.source_trees import measured, random_polygons, split
+from tests.unit.source_trees import measured, random_polygons
 
 
 def test_what_stays_makes_up_for_what_is_left_out():
@@ -54,31 +53,3 @@ def test_lots_keep_the_light_of_clutter(monkeypatch):
         rays.append(rows.rays)
     assert rays[1] < 0.5 * rays[0]
     assert light[1] == pytest.approx(light[0], rel=0.03)
-
-
-def reach(tree, centre, size):
-    """Return the mean radius of the nodes of about so many elements."""
-    nodes = tree.cut(size)
-    parts = [centre[tree.order[tree.start[node] : tree.stop[node]]] for node in nodes]
-    return np.mean([np.sqrt(part.var(axis=0).sum()) for part in parts if len(part) > 1])
-
-
-def test_compact_clusters_of_clutter_are_smaller():
-    centre, normal, _ = measured(random_polygons(np.random.default_rng(3), 2000))
-    # What fills a house looks along its axes, most of it.
-    normal = np.sign(normal) * (np.abs(normal) == np.abs(normal).max(axis=1, keepdims=True))
-    small, plain = (build_tree(centre, normal, compact=compact) for compact in (True, False))
-    assert reach(small, centre, 64) < 0.9 * reach(plain, centre, 64)
-
-
-def test_walls_are_parted_as_before():
-    walls = []
-    for axis in range(3):
-        for side in (0.0, 1.0):
-            u, v = np.roll(np.eye(3), -axis, axis=0)[1:]
-            a = side * np.eye(3)[axis]
-            corners = np.array([a, a + u, a + u + v, a + v])
-            walls.append(corners if side == 0 else corners[::-1])
-    centre, normal, _ = measured(split(walls, 4))
-    small, plain = (build_tree(centre, normal, compact=compact) for compact in (True, False))
-    assert (small.order == plain.order).all() and (small.start == plain.start).all()

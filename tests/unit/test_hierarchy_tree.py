@@ -113,3 +113,31 @@ def test_cones_hold_all_normals_below():
             assert sources.cone[node] == 1
         else:
             assert np.sqrt(max(1 - cosine.min() ** 2, 0)) <= sources.cone[node] + 1e-7
+
+
+def reach(tree, centre, size):
+    """Return the mean radius of the nodes of about so many elements."""
+    nodes = tree.cut(size)
+    parts = [centre[tree.order[tree.start[node] : tree.stop[node]]] for node in nodes]
+    return np.mean([np.sqrt(part.var(axis=0).sum()) for part in parts if len(part) > 1])
+
+
+def test_compact_clusters_of_clutter_are_smaller():
+    centre, normal, _ = measured(random_polygons(np.random.default_rng(3), 2000))
+    # What fills a house looks along its axes, most of it.
+    normal = np.sign(normal) * (np.abs(normal) == np.abs(normal).max(axis=1, keepdims=True))
+    small, plain = (build_tree(centre, normal, compact=compact) for compact in (True, False))
+    assert reach(small, centre, 64) < 0.9 * reach(plain, centre, 64)
+
+
+def test_walls_are_parted_as_before():
+    walls = []
+    for axis in range(3):
+        for side in (0.0, 1.0):
+            u, v = np.roll(np.eye(3), -axis, axis=0)[1:]
+            a = side * np.eye(3)[axis]
+            corners = np.array([a, a + u, a + u + v, a + v])
+            walls.append(corners if side == 0 else corners[::-1])
+    centre, normal, _ = measured(split(walls, 4))
+    small, plain = (build_tree(centre, normal, compact=compact) for compact in (True, False))
+    assert (small.order == plain.order).all() and (small.start == plain.start).all()

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core import visibility
 from core.meshing import mesh
 from core.occlusion.blender_tree import BVHOccluders
 from core.occlusion.brute_force import BruteForceOccluders
@@ -180,7 +179,7 @@ def test_without_blender(monkeypatch):
     def missing(occluding):
         raise ModuleNotFoundError("No module named 'mathutils'")
 
-    monkeypatch.setattr(visibility, "BVHOccluders", missing)
+    monkeypatch.setattr("core.occlusion.single_rays.BVHOccluders", missing)
     found = SurfaceOccluders(halves(box([0, 0, 0], [1, 1, 1])))
     start, end = np.array([[0.5, 0.5, 0.5]]), np.array([[0.5, 0.5, 2.0]])
     assert found.blocked(start, end).all()
