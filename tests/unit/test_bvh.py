@@ -78,7 +78,7 @@ def test_the_tree_answers_for_few_segments(monkeypatch):
             asked.append(len(origins))
             return super().blocked(origins, targets)
 
-    monkeypatch.setattr(visibility, "BVHOccluders", Counted)
+    monkeypatch.setattr("core.occlusion.single_rays.BVHOccluders", Counted)
     mixed = SurfaceOccluders(scene)
     np.testing.assert_array_equal(mixed.blocked(*ends), expected)
     assert asked == []
