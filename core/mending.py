@@ -17,6 +17,8 @@ from .polygons import Polygons
 FARTHEST = 1e12
 # Radiant exitance that sums and products have room above [W/m^2].
 BRIGHTEST = 1e15
+# A limit that came through single precision is not worth a warning.
+_SLACK = 1e-6
 # Length of a normal below which it points nowhere.
 _SHORTEST = 1e-30
 
@@ -100,26 +102,33 @@ def mended_positions(
     return np.where(bad[:, None], place, vertices), shrunk, lost
 
 
-def mended_light(values: FloatArray, most: float) -> tuple[FloatArray, BoolArray, BoolArray]:
-    """Take out what is no light.
+def mended_light(what: str, values: FloatArray, most: float, owners: Owners) -> tuple[FloatArray, list[str]]:
+    """Take out what is no light, and tell whose it was.
 
     Parameters
     ----------
+    what : str
+        What the values are called.
     values : ndarray of shape (f, 3)
         Reflectance, or exitance [W/m^2].
     most : float
         Limit.
+    owners : Owners
+        Of the faces.
 
     Returns
     -------
     values : ndarray of shape (f, 3)
         From 0 to the limit; 0 for what is negative or no number.
-    none, above : ndarray of shape (f,)
-        Faces that had such values, and faces with values above the limit.
+    lines : list of str
+        A line for each object and reason.
     """
     none = ~np.isfinite(values) | (values < 0)
-    above = np.where(none, 0.0, values) > most
-    return np.minimum(np.where(none, 0.0, values), most), none.any(axis=1), above.any(axis=1)
+    positive = np.where(none, 0.0, values)
+    above = (positive > most + _SLACK).any(axis=1)
+    lines = owners.lines(none.any(axis=1), f"{what} that is negative or not a finite number is taken as 0")
+    lines += owners.lines(above, f"{what} above {most:g} is taken as {most:g}")
+    return np.minimum(positive, most), lines
 
 
 def mended_normals(normals: FloatArray, instead: FloatArray) -> tuple[FloatArray, BoolArray]:

@@ -23,8 +23,6 @@ AUTO, FRONT, BACK, BOTH = 0, 1, 2, 3
 
 # A closed scene that loses nothing has no solution, and one that loses little needs endless bounces.
 REFLECTANCE_LIMIT = 0.99
-# A limit that came through single precision is not worth a warning.
-_SLACK = 1e-6
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -216,9 +214,9 @@ class Scene(Polygons):
     ) -> None:
         """Keep what there is of each face, and note what was put right."""
         n_faces, owners = len(self.face_object), self.owners
-        self._keep("reflectance", self._light("reflectance", reflectance, REFLECTANCE_LIMIT, _SLACK, notes))
-        self._keep("emission", self._light("emission", emission, BRIGHTEST, 0.0, notes))
-        given = self._light("transmittance", _or(transmittance, np.zeros((n_faces, 3))), 1.0, _SLACK, notes)
+        self._keep("reflectance", self._light("reflectance", reflectance, REFLECTANCE_LIMIT, notes))
+        self._keep("emission", self._light("emission", emission, BRIGHTEST, notes))
+        given = self._light("transmittance", _or(transmittance, np.zeros((n_faces, 3))), 1.0, notes)
         self._keep("transmittance", np.minimum(given, REFLECTANCE_LIMIT - self.reflectance))
         shown = indices("sides", _or(sides, np.full(n_faces, FRONT)), n_faces)
         owners.refuse((shown < AUTO) | (shown > BOTH), "sides must be 0 (auto), 1 (front), 2 (back) or 3 (both)")
@@ -230,13 +228,10 @@ class Scene(Polygons):
         self._keep("max_edge", one_each("max_edge", _or(max_edge, np.full(n_faces, np.nan)), n_faces))
         owners.refuse(~(np.isnan(self.max_edge) | (self.max_edge > 0)), "max_edge must be a length above zero")
 
-    def _light(self, what: str, values: ArrayLike, most: float, slack: float, notes: list[str]) -> FloatArray:
+    def _light(self, what: str, values: ArrayLike, most: float, notes: list[str]) -> FloatArray:
         """Return reflectance or emission as it can be computed with, and note what was not."""
-        given = table(what, values, len(self.face_object))
-        mended, none, _ = mended_light(given, most)
-        _, _, above = mended_light(given, most + slack)
-        notes.extend(self.owners.lines(none, f"{what} that is negative or not a finite number is taken as 0"))
-        notes.extend(self.owners.lines(above, f"{what} above {most:g} is taken as {most:g}"))
+        mended, lines = mended_light(what, table(what, values, len(self.face_object)), most, self.owners)
+        notes.extend(lines)
         return mended
 
     def _keep_normals(self, corner_normals: ArrayLike | None, notes: list[str]) -> None:

@@ -22,9 +22,16 @@ def add_mesh(scene, name, vertices, faces, material=None, collection=None):
     mesh.from_pydata([tuple(map(float, vertex)) for vertex in vertices], [], faces)
     if material is not None:
         mesh.materials.append(material)
-    obj = bpy.data.objects.new(name, mesh)
-    (collection or scene.collection).objects.link(obj)
-    return obj
+    return add_object(collection or scene.collection, name, mesh)
+
+
+def add_object(where, name, data=None):
+    """Add an object to a collection and return it."""
+    import bpy
+
+    made = bpy.data.objects.new(name, data)
+    where.objects.link(made)
+    return made
 
 
 def add_square(scene, name="Square", material=None, z=0.0, size=1.0):
@@ -71,6 +78,11 @@ def glowing(reflectance=0.5, radiance=1.0, name="Glowing"):
         Emission_Strength=radiance,
     )
     return material
+
+
+def positions(scene):
+    """Return the position of every corner of a scene of the core, shape (c, 3) [m]."""
+    return scene.vertices[scene.corner_vertex]
 
 
 def colors(mesh, name="Radiosity"):

@@ -21,9 +21,9 @@ from types import ModuleType
 import pytest
 
 from tests.blender.building import add_room, copy_collection, glowing
+from tests.blender.installing import EXTENSION, install_zip, link_checkout
+from tests.blender.white_floor import add_floor, cycles_irradiance, direct_irradiance
 
-ROOT = Path(__file__).resolve().parents[2]
-EXTENSION = "radiosity"
 MODULE = f"bl_ext.user_default.{EXTENSION}"
 
 
@@ -42,37 +42,13 @@ def extension(blender: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> 
     import addon_utils
 
     if os.environ.get("MODE", "link") == "zip":
-        _install_zip(blender, tmp_path_factory.mktemp("zip") / f"{EXTENSION}.zip")
+        install_zip(blender, tmp_path_factory.mktemp("zip") / f"{EXTENSION}.zip")
     else:
-        _link(blender)
+        link_checkout(blender)
     assert addon_utils.enable(MODULE, default_set=True) is not None, f"{MODULE} did not register"
     yield importlib.import_module(MODULE)
     # Disabled only, never uninstalled: uninstalling a link would delete the checkout.
     addon_utils.disable(MODULE, default_set=True)
-
-
-def _repository(bpy: ModuleType) -> Path:
-    """Return the folder of the user's own extensions."""
-    repos = bpy.context.preferences.extensions.repos
-    return Path(next(repo.directory for repo in repos if repo.module == "user_default"))
-
-
-def _link(bpy: ModuleType) -> None:
-    folder = _repository(bpy)
-    folder.mkdir(parents=True, exist_ok=True)
-    link = folder / EXTENSION
-    if link.is_symlink():
-        link.unlink()
-    link.symlink_to(ROOT, target_is_directory=True)
-    bpy.ops.extensions.repo_refresh_all()
-
-
-def _install_zip(bpy: ModuleType, path: Path) -> None:
-    import bl_pkg
-
-    assert bl_pkg.cli_extension(["build", "--source-dir", str(ROOT), "--output-filepath", str(path)]) == 0
-    result = bpy.ops.extensions.package_install_files(filepath=str(path), repo="user_default", enable_on_install=True)
-    assert result == {'FINISHED'}
 
 
 @pytest.fixture
@@ -225,3 +201,26 @@ def run_blender(blender: ModuleType, tmp_path: Path) -> Callable[..., subprocess
         return subprocess.run(start, capture_output=True, text=True, timeout=timeout, env=env, check=False)
 
     return run
+
+
+@pytest.fixture
+def floor(scene):
+    """Give a white floor to compare light on with Cycles."""
+    return add_floor(scene)
+
+
+@pytest.fixture
+def cycles(scene, blender: ModuleType, floor):
+    """Give a function that returns Cycles' direct irradiance at the vertices of the floor."""
+    return lambda samples=512: cycles_irradiance(blender, scene, floor, samples)
+
+
+@pytest.fixture
+def direct(read, core: Callable[[str], ModuleType], floor):
+    """Give a function that returns ours, and the scene as it was read."""
+
+    def direct():
+        scene = read().scene
+        return direct_irradiance(core, scene, floor), scene
+
+    return direct

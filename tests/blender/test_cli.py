@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.blender.building import SCENE_TEXT, SQUARE, add_mesh, add_room, colors, glowing
-from tests.blender.conftest import ROOT
+from tests.blender.installing import ROOT
 
 
 def test_everything_is_written_and_the_input_stays(blender, room, run, tmp_path):

@@ -6,70 +6,27 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_room, add_square, colors, glowing
-
-
-def add_collection(blender, name, parent=None):
-    """Add a collection that is in no scene."""
-    made = blender.data.collections.new(name)
-    if parent is not None:
-        parent.children.link(made)
-    return made
-
-
-def add_object(blender, where, name, data=None):
-    made = blender.data.objects.new(name, data)
-    where.objects.link(made)
-    return made
-
-
-def instance(blender, scene, collection, name="Instance", where=None):
-    """Add an empty that shows a collection."""
-    empty = add_object(blender, where or scene.collection, name)
-    empty.instance_type, empty.instance_collection = 'COLLECTION', collection
-    return empty
-
-
-def nodes(blender, obj, build):
-    """Add geometry nodes: `build(tree, geometry)` returns the socket that goes to the output."""
-    tree = blender.data.node_groups.new("Nodes", 'GeometryNodeTree')
-    for way in ('INPUT', 'OUTPUT'):
-        tree.interface.new_socket("Geometry", in_out=way, socket_type='NodeSocketGeometry')
-    first, last = tree.nodes.new('NodeGroupInput'), tree.nodes.new('NodeGroupOutput')
-    tree.links.new(build(tree, first.outputs[0]), last.inputs[0])
-    obj.modifiers.new("Nodes", 'NODES').node_group = tree
-
-
-def on_points(tree, points, what):
-    node = tree.nodes.new('GeometryNodeInstanceOnPoints')
-    tree.links.new(points, node.inputs["Points"])
-    tree.links.new(what, node.inputs["Instance"])
-    return node.outputs[0]
-
-
-def shown_in_renders(blender, scene):
-    """Return what Blender itself hands a renderer, as (instancer, object) with faces."""
-    found = []
-
-    class Looker(blender.types.RenderEngine):
-        bl_idname, bl_label, bl_use_preview = 'LOOKER', "Looker", False
-
-        def render(self, depsgraph):
-            for one in depsgraph.object_instances:
-                if one.object.type == 'MESH' and one.show_self and len(one.object.data.polygons):
-                    found.append(((one.parent or one.object).original.name, one.object.original.name))
-
-    add_object(blender, scene.collection, "Camera", blender.data.cameras.new("Camera"))
-    scene.camera = scene.objects["Camera"]
-    blender.utils.register_class(Looker)
-    engine, scene.render.engine = scene.render.engine, 'LOOKER'
-    scene.render.resolution_x = scene.render.resolution_y = 4
-    try:
-        blender.ops.render.render()
-    finally:
-        scene.render.engine = engine
-        blender.utils.unregister_class(Looker)
-    return found
+from tests.blender.building import (
+    CUBE_FACES,
+    CUBE_VERTICES,
+    SQUARE,
+    add_mesh,
+    add_object,
+    add_room,
+    add_square,
+    colors,
+    glowing,
+)
+from tests.blender.instances import (
+    add_collection,
+    everything,
+    furnished,
+    hide_instancers,
+    instance,
+    nodes,
+    on_points,
+    shown_in_renders,
+)
 
 
 def shown_in_bakes(reading):
@@ -79,23 +36,6 @@ def shown_in_bakes(reading):
 def positions(reading, index=0):
     target = reading.targets[index]
     return reading.scene.vertices[reading.scene.corner_vertex[target.evaluated_corner]]
-
-
-def furnished(blender, scene):
-    """Return a room with two chairs in a collection that an instance shows, the second of them mirrored."""
-    add_room(scene, material=glowing())
-    chairs = add_collection(blender, "Chairs")
-    # All numbers are such that nothing has to be rounded.
-    for x in (0.0, 0.375):
-        chair = add_mesh(scene, "Chair", np.array(CUBE_VERTICES) * 0.25, CUBE_FACES, glowing(0.4, 0.0), chairs)
-        chair.location, chair.scale = (
-            (x, 0.125 if not x else 0.375, 0.25 if x else 0.0),
-            (-1, -1, -1) if x else (1, 1, 1),
-        )
-    chairs.instance_offset = (-0.125, 0.0, 0.0)
-    shown = instance(blender, scene, chairs)
-    shown.location, shown.scale = (0.125, 0.25, 0.0625), (1.0, 1.0, 1.5)
-    return shown
 
 
 def test_instances_light_a_scene_like_real_objects(bake, read, scene, blender):
@@ -114,87 +54,6 @@ def test_instances_light_a_scene_like_real_objects(bake, read, scene, blender):
     np.testing.assert_array_equal(virtual.scene.face_normal, real.scene.face_normal)
     bake()
     np.testing.assert_array_equal(colors(scene.objects["Room"].data), room)
-
-
-def everything(blender, scene):
-    """Fill a scene with instances of all kinds, some of them hidden in one of the ways there are."""
-    tree = add_collection(blender, "Tree")
-    add_mesh(scene, "Trunk", SQUARE, [(0, 1, 2, 3)], collection=tree)
-    add_mesh(scene, "Not rendered", SQUARE, [(0, 1, 2, 3)], collection=tree).hide_render = True
-    below = add_collection(blender, "Below", tree)
-    below.hide_render = True
-    add_mesh(scene, "Below", SQUARE, [(0, 1, 2, 3)], collection=below)
-    forest = add_collection(blender, "Forest")
-    instance(blender, scene, tree, "Nested", forest)
-    instance(blender, scene, tree, "One tree")
-    instance(blender, scene, forest, "One forest")
-    instance(blender, scene, tree, "No tree").hide_render = True
-    for kind in ('VERTS', 'FACES'):
-        for name, shows in (("shown", True), ("not shown", False)):
-            parent = add_square(scene, f"{kind} {name}")
-            parent.instance_type, parent.show_instancer_for_render = kind, shows
-            child = add_square(scene, f"Child of {parent.name}")
-            child.parent = parent
-            add_square(scene, f"Grandchild of {parent.name}").parent = child
-            hidden = add_square(scene, f"Hidden child of {parent.name}")
-            hidden.parent, hidden.hide_render = parent, True
-    leaf = add_square(scene, "Leaf")
-    leaf.hide_render = True
-
-    def object_info(tree, geometry):
-        node = tree.nodes.new('GeometryNodeObjectInfo')
-        node.inputs["Object"].default_value = leaf
-        node.inputs["As Instance"].default_value = True
-        return on_points(tree, geometry, node.outputs["Geometry"])
-
-    def collection_info(separate, tree, geometry):
-        node = tree.nodes.new('GeometryNodeCollectionInfo')
-        node.inputs["Collection"].default_value = blender.data.collections["Tree"]
-        node.inputs["Separate Children"].default_value = separate
-        return on_points(tree, geometry, node.outputs[0])
-
-    def made(tree, geometry):
-        return on_points(tree, geometry, tree.nodes.new('GeometryNodeMeshCube').outputs[0])
-
-    nodes(blender, add_square(scene, "Leaves by nodes"), object_info)
-    nodes(blender, add_square(scene, "Trees by nodes"), lambda *these: collection_info(False, *these))
-    nodes(blender, add_square(scene, "Branches by nodes"), lambda *these: collection_info(True, *these))
-    nodes(blender, add_square(scene, "Cubes by nodes"), made)
-    # Of a collection some of whose objects are disabled in renders, the viewport picks others than a render.
-    fruit = add_collection(blender, "Fruit")
-    for name in ("Apple", "Pear"):
-        add_mesh(scene, name, SQUARE, [(0, 1, 2, 3)], collection=fruit)
-    for kind in ('OBJECT', 'COLLECTION'):
-        emitter = add_square(scene, f"Particles {kind}")
-        emitter.modifiers.new("Particles", 'PARTICLE_SYSTEM')
-        settings = emitter.particle_systems[0].settings
-        settings.type, settings.count, settings.render_type = 'HAIR', 3, kind
-        settings.instance_object, settings.instance_collection = leaf, fruit
-        emitter.show_instancer_for_render = kind == 'OBJECT'
-    words = blender.data.curves.new("Words", 'FONT')
-    words.body = "I"
-    add_object(blender, forest, "Words", words)
-    add_object(blender, scene.collection, "More words", words)
-    add_object(blender, scene.collection, "Ball", blender.data.metaballs.new("Ball")).data.elements.new()
-
-
-def hide_instancers(blender, scene, way):
-    """Hide what makes instances, in the viewport only."""
-    names = (
-        "One tree",
-        "One forest",
-        "VERTS shown",
-        "FACES not shown",
-        "Trees by nodes",
-        "Particles OBJECT",
-        "No tree",
-    )
-    for name in (*names, "Cubes by nodes", "More words"):
-        obj = scene.objects[name]
-        if way == 'EYE':
-            obj.hide_set(True)
-        elif way == 'MONITOR':
-            obj.hide_viewport = True
 
 
 @pytest.mark.parametrize("way", [None, 'EYE', 'MONITOR'])
@@ -263,7 +122,7 @@ def test_what_the_viewport_does_not_show_of_a_collection_is_told(read, scene, bl
 def test_lamps_in_instances_shine_where_the_instances_are(read, scene, blender):
     add_square(scene)
     lamps = add_collection(blender, "Lamps")
-    add_object(blender, lamps, "Lamp", blender.data.lights.new("Lamp", 'POINT')).location = (0, 0, 1)
+    add_object(lamps, "Lamp", blender.data.lights.new("Lamp", 'POINT')).location = (0, 0, 1)
     for x in (1.0, 2.0):
         instance(blender, scene, lamps).location = (x, 0, 0)
     instance(blender, scene, lamps, "Excluded").radiosity.exclude = True
@@ -302,7 +161,7 @@ def test_more_faces_than_fit_are_refused_before_they_are_made(error, read, addon
 def test_linked_duplicates_have_light_of_their_own(bake, read, scene, blender):
     add_room(scene, material=glowing())
     low = add_mesh(scene, "Low", np.array(SQUARE) * 0.2 + (0.4, 0.4, 0.05), [(0, 1, 2, 3)], glowing(0.5, 0.0))
-    high = add_object(blender, scene.collection, "High", low.data)
+    high = add_object(scene.collection, "High", low.data)
     high.location = (0, 0, 0.8)
     assert {target.mesh_uid for target in read().targets[1:]} == {low.data.session_uid}
     warnings = bake()

@@ -4,13 +4,17 @@
 import numpy as np
 import pytest
 
-from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_room, add_square, colors, glowing
-
-
-def link(blender, scene, name, data):
-    obj = blender.data.objects.new(name, data)
-    scene.collection.objects.link(obj)
-    return obj
+from tests.blender.building import (
+    CUBE_FACES,
+    CUBE_VERTICES,
+    SQUARE,
+    add_mesh,
+    add_object,
+    add_room,
+    add_square,
+    colors,
+    glowing,
+)
 
 
 def words(blender):
@@ -50,14 +54,14 @@ def test_what_is_no_mesh_lights_a_scene_like_one(bake, scene, blender, make):
     add_room(scene, material=glowing())
     shape = make(blender)
     shape.materials.append(glowing(0.25, 0.0))
-    obj = link(blender, scene, "Shape", shape)
+    obj = add_object(scene.collection, "Shape", shape)
     assert "1 object without a mesh ('Shape') gets no colors in place; choose Baked Copy" in bake()
     room = colors(scene.objects["Room"].data)
     depsgraph = blender.context.evaluated_depsgraph_get()
     mesh = blender.data.meshes.new_from_object(obj.evaluated_get(depsgraph), depsgraph=depsgraph)
     assert len(mesh.polygons) and mesh.materials[0].name == shape.materials[0].name
     blender.data.objects.remove(obj)
-    link(blender, scene, "Shape", mesh)
+    add_object(scene.collection, "Shape", mesh)
     bake()
     np.testing.assert_array_equal(colors(scene.objects["Room"].data), room)
     assert room[:, 0].min() < 2.0 - 0.01  # a furnace with something darker in it
@@ -70,7 +74,7 @@ def test_what_has_no_faces_is_left_out_by_name(read, scene, blender):
         ("Points", blender.data.pointclouds.new("Points")),
         ("Smoke", blender.data.volumes.new("Smoke")),
     ):
-        link(blender, scene, name, data)
+        add_object(scene.collection, name, data)
     furry = add_square(scene, "Furry")
     furry.modifiers.new("Fur", 'PARTICLE_SYSTEM')
     furry.particle_systems[0].settings.type = 'HAIR'
@@ -90,7 +94,7 @@ def test_a_curve_of_which_nodes_leave_nothing_is_nothing(read, scene, blender):
     tree.interface.new_socket("Geometry", in_out='OUTPUT', socket_type='NodeSocketGeometry')
     tree.nodes.new('NodeGroupOutput')
     for make in (words, ribbon):
-        obj = link(blender, scene, "Gone", make(blender))
+        obj = add_object(scene.collection, "Gone", make(blender))
         obj.modifiers.new("Nodes", 'NODES').node_group = tree
     assert read().scene.object_names == ("Square",)
 
@@ -149,10 +153,10 @@ def test_a_scale_lights_like_an_applied_one(bake, read, scene, blender, scale):
 
 
 def test_constraints_and_parents_move_objects(read, scene, blender):
-    goal = link(blender, scene, "Goal", None)
+    goal = add_object(scene.collection, "Goal")
     goal.location = (1, 2, 3)
     child = add_square(scene)
-    child.parent = link(blender, scene, "Parent", None)
+    child.parent = add_object(scene.collection, "Parent")
     child.parent.constraints.new('COPY_LOCATION').target = goal
     np.testing.assert_allclose(read().scene.vertices.min(axis=0), (1, 2, 3), atol=1e-6)
 
@@ -179,75 +183,3 @@ def test_each_scene_and_view_layer_has_its_own_objects(addon, scene, blender):
     ):
         where.update()
         assert read_scene(owner, where, where.depsgraph).scene.object_names == names
-
-
-@pytest.fixture
-def library(scene, blender, tmp_path):
-    """Give a file with a scene in it that links a mesh object, a collection and a mesh from another file."""
-    source, path = tmp_path / "library.blend", tmp_path / "scene.blend"
-    add_square(scene, "Object", glowing())
-    collection = blender.data.collections.new("Collection")
-    scene.collection.children.link(collection)
-    add_mesh(scene, "Member", SQUARE, [(0, 1, 2, 3)], collection=collection)
-    add_square(scene, "Mesh")
-    blender.ops.wm.save_as_mainfile(filepath=str(source), check_existing=False)
-    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    new = blender.context.scene
-    with blender.data.libraries.load(str(source), link=True) as (_, linked):
-        linked.objects, linked.collections, linked.meshes = ["Object"], ["Collection"], ["Mesh"]
-    new.collection.objects.link(linked.objects[0])
-    link(blender, new, "Own object", linked.meshes[0])
-    shown = link(blender, new, "Instancer", None)
-    shown.instance_type, shown.instance_collection = 'COLLECTION', linked.collections[0]
-    add_square(new, "Own", glowing())
-    blender.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)
-    return source, path
-
-
-def test_what_is_linked_gives_light_and_is_not_written(library, bake, read, blender):
-    assert [target.name for target in read().targets] == [
-        "Object [library.blend]",
-        "Own object",
-        "Instancer > Member [library.blend]",
-        "Own",
-    ]
-    warnings = bake()
-    assert blender.data.meshes["Own"].color_attributes
-    for name in ("Object", "Mesh"):
-        assert not blender.data.meshes[name].color_attributes
-        assert any(f"Mesh '{name}" in line and "linked from a library" in line for line in warnings)
-
-
-@pytest.mark.parametrize("hidden", ["Object", "Own object", "Instancer"])
-def test_what_is_linked_may_be_hidden_in_the_viewport(library, read, blender, hidden):
-    names = [target.name for target in read().targets]
-    collection = blender.data.collections.new("Hidden")
-    blender.context.scene.collection.children.link(collection)
-    obj = blender.context.scene.objects[hidden]
-    blender.context.scene.collection.objects.unlink(obj)
-    collection.objects.link(obj)
-    collection.hide_viewport = True
-    assert sorted(target.name for target in read().targets) == sorted(names)
-
-
-def test_an_override_of_a_library_is_written_where_its_mesh_is_local(library, bake, blender):
-    linked = blender.data.objects["Object"]
-    override = linked.override_create()
-    blender.context.scene.collection.objects.link(override)
-    blender.context.scene.collection.objects.unlink(linked)
-    override.location = (0, 0, 2)
-    override.data = blender.data.meshes["Own"].copy()
-    bake()
-    assert override.data.color_attributes
-
-
-def test_a_missing_library_is_named_and_the_rest_is_baked(library, bake, blender):
-    source, path = library
-    source.unlink()
-    blender.ops.wm.open_mainfile(filepath=str(path))
-    warnings = bake()
-    assert [line for line in warnings if "missing" in line] == [
-        "Library '//library.blend' is missing: what 'Object [library.blend]', 'Own object', 'Instancer' would show of "
-        "it is left out"
-    ]
-    assert blender.data.meshes["Own"].color_attributes

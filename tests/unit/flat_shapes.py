@@ -1,7 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Squares and discs for view factors, and what holds for the factors between any polygons."""
+"""Flat polygons to cut and to look at each other, and what holds for the factors between any polygons."""
 
 import numpy as np
+
+SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+TRIANGLE = SQUARE[:3]
+ELL = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)], dtype=float)
+ARROW = np.array([(0, 0, 0), (2, 1, 0), (0, 2, 0), (0.5, 1, 0)], dtype=float)
+NEEDLE = np.array([(0, 0, 0), (10, 0, 0), (10, 0.2, 0)])
+FLAT = np.array([(0, 0, 0), (10, 0, 0), (4, 0.3, 0)])
+LINE = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0)], dtype=float)
 
 
 def square(side, height=0.0, *, up=True):

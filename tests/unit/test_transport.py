@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who lights whom: the matrix and its columns against exact factors, rays, and each other (T2, T3, T13, T14, T15)."""
+"""Who lights whom: the matrix and its columns against exact factors and each other (T2, T3, T14)."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core import form_factor_matrix
-from core.dense import columns, matrix, visible_share
+from core.dense import columns, matrix
 from core.dense.columns import column_transport
 from core.dense.matrix import dense_transport
 from core.errors import RadiosityError
@@ -17,50 +17,9 @@ from core.meshing import mesh
 from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
-from core.scene import BOTH, Scene
+from core.scene import Scene
 from core.transport import MOST_SENT, DenseTransport, reciprocity_error
-
-OPPOSITE, ADJACENT = 0.199824895698387, 0.200043776075403
-
-
-class NeverAsked:
-    """Rays that nobody should need."""
-
-    def blocked(self, origins, targets):
-        raise AssertionError(f"{len(origins)} rays")
-
-
-def dense(scene, *, subdivide=1, surfaces=True, **options):
-    patches = mesh(scene, subdivide=subdivide)
-    occluding = occluder_polygons(scene, patches)
-    occluders = options.pop("occluders", BruteForceOccluders(occluding))
-    built = dense_transport(patches, occluders, surfaces=occluding if surfaces else None, **options)
-    return patches, exhaust(built)
-
-
-def by_face(patches, F):
-    """Return the factors between whole faces from those between patches."""
-    faces = patches.face.max() + 1
-    sums, area = np.zeros((faces, faces)), np.bincount(patches.face, patches.area)
-    np.add.at(sums, (patches.face[:, None], patches.face), patches.area[:, None] * F)
-    return sums / area[:, None]
-
-
-def furnished(box, divisions=4):
-    """Return a room with a block that stands on its floor, off the patches' borders."""
-    polygons = [*box((2.0, 1.5, 1.0)), *box((0.5, 0.4, 0.45), (0.63, 0.52, 0.0), inward=False)]
-    return Scene.from_polygons(polygons, 0.5, 1.0, divisions=np.full(12, divisions))
-
-
-def thicket(box, count):
-    """Return a room with so many small blocks between floor and ceiling that testing each does not pay."""
-    rng = np.random.default_rng(5)
-    polygons = box()
-    for _ in range(count):
-        polygons += box(rng.uniform(0.02, 0.06, 3), rng.uniform(0.15, 0.8, 3), inward=False)
-    emission = np.zeros((len(polygons), 3))
-    emission[0] = 1.0
-    return Scene.from_polygons(polygons, 0.5, emission)
+from tests.unit.matrices import ADJACENT, OPPOSITE, NeverAsked, by_face, dense, furnished
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 5, 8])
@@ -88,28 +47,6 @@ def test_oblique_and_unequal_patches_against_the_exact_factors():
         for j in range(i):
             pair = form_factor_matrix([polygons[i], polygons[j]], tolerance=1e-5)
             assert F.matrix[i, j] == pytest.approx(pair[0, 1], rel=5e-3, abs=5e-5)
-
-
-def test_a_patch_that_another_ones_plane_cuts(box):
-    # The floor's middle patches reach under the block's sides.
-    scene = furnished(box, 3)
-    patches, F = dense(scene)
-    sees = patches.face > 6
-    np.testing.assert_allclose(F.row_sums()[sees & (patches.normal[:, 2] > -0.5)], 1.0, atol=6e-3)
-
-
-def test_blocked_squares_as_published():
-    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
-    polygons = [square, square[::-1] + (0, 0, 1), square * 0.5 + (0, 0, 0.5)]
-    scene = Scene.from_polygons(polygons, 0.5, 1.0, divisions=[8, 8, 1], sides=[1, 1, BOTH])
-    patches, F = dense(scene)
-    front = patches.side > 0
-    factors = by_face(replace_patches(patches, front), F.matrix[np.ix_(front, front)])
-    assert factors[0, 1] == pytest.approx(0.149868672, abs=1e-3)
-
-
-def replace_patches(patches, chosen):
-    return replace(patches, face=patches.face[chosen], area=patches.area[chosen])
 
 
 def test_centre_factors_are_the_formula_and_one_ray(box):
@@ -144,49 +81,6 @@ def test_reciprocity_error_is_what_the_definition_says():
     assert reciprocity_error(F) == pytest.approx(np.abs(K - K.T).mean() / K.mean(), rel=1e-4)
     assert reciprocity_error(replace(F, matrix=((K + K.T) / area[:, None]).astype(np.float32))) < 1e-6
     assert reciprocity_error(replace(F, matrix=np.zeros_like(F.matrix))) == 0.0
-
-
-def test_flat_blockers_and_rays_agree(box, monkeypatch):
-    scene = furnished(box, 5)
-    _, fast = dense(scene)
-    # Without the surfaces everything is asked of the rays.
-    patches, slow = dense(scene, surfaces=False)
-    assert fast.rays != slow.rays
-    # One ray of eight a pair: alike in what faces receive, pair by pair only within what a few rays can tell.
-    np.testing.assert_allclose(by_face(patches, fast.matrix), by_face(patches, slow.matrix), atol=4e-3)
-    np.testing.assert_array_equal(fast.matrix[fast.matrix == 0], 0.0)
-    monkeypatch.setattr(visible_share, "FEW", 0)
-    _, forced = dense(scene)
-    assert forced.rays <= slow.rays
-    np.testing.assert_allclose(by_face(patches, forced.matrix), by_face(patches, slow.matrix), atol=1e-7)
-
-
-def test_a_thicket_is_left_to_rays(box, monkeypatch):
-    monkeypatch.setattr(visible_share, "FEW", 20)
-    scene = thicket(box, 10)
-    patches, F = dense(scene, subdivide=2)
-    np.testing.assert_allclose(F.row_sums()[patches.face < 6], 1.0, atol=0.12)
-
-
-def test_a_clear_shaft_needs_no_rays(box):
-    # Two cubes side by side: what is in one is never between two walls of the other.
-    polygons = [*box(), *box(at=(0.0, 2.0, 0.0))]
-    scene = Scene.from_polygons(polygons, 0.5, 1.0, divisions=np.full(12, 3))
-    patches, F = dense(scene, occluders=NeverAsked())
-    first, second = patches.face < 6, patches.face >= 6
-    np.testing.assert_allclose(F.row_sums(), 1.0, atol=2e-4)
-    np.testing.assert_array_equal(F.matrix[np.ix_(first, second)], 0.0)
-
-
-def test_both_sides_of_a_sheet_see_only_their_own_half(box):
-    sheet = np.array([(0, 0, 0.5), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0.5)], float)
-    scene = Scene.from_polygons([*box(), sheet], 0.5, 1.0, sides=[1] * 6 + [BOTH], divisions=np.full(7, 4))
-    patches, F = dense(scene)
-    up, down = patches.centre[:, 2] > 0.5, patches.centre[:, 2] < 0.5
-    sheet_up, sheet_down = (patches.face == 6) & (patches.side > 0), (patches.face == 6) & (patches.side < 0)
-    upper, lower = (up & (patches.face < 6)) | sheet_up, (down & (patches.face < 6)) | sheet_down
-    np.testing.assert_array_equal(F.matrix[np.ix_(upper, lower)], 0.0)
-    np.testing.assert_allclose(F.row_sums(), 1.0, atol=1e-3)
 
 
 def test_the_number_of_workers_changes_no_bit(box):
@@ -264,38 +158,3 @@ def test_patches_without_area_neither_send_nor_receive(cube):
     np.testing.assert_array_equal(F.matrix[0], 0.0)
     np.testing.assert_array_equal(F.matrix[:, 0], 0.0)
     assert np.isfinite(F.matrix).all()
-
-
-def test_hemicubes_see_what_the_exact_factors_say(box):
-    scene = furnished(box, 3)
-    patches, exact = dense(scene)
-    _, F = dense(scene, kernel="hemicube", occluders=NeverAsked())
-    # A hemicube looks from the centre only, and in pixels.
-    np.testing.assert_allclose(by_face(patches, F.matrix), by_face(patches, exact.matrix), atol=0.02)
-    np.testing.assert_allclose(F.row_sums()[patches.face < 6][F.row_sums()[patches.face < 6] > 0.5], 1.0, atol=1e-3)
-    assert 0.0 < reciprocity_error(F) < 0.25
-
-
-def test_hemicubes_tell_both_sides_of_a_sheet_apart(box):
-    sheet = np.array([(0, 0, 0.5), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0.5)], float)
-    sides = [1, 1, 1, 1, 1, 1, BOTH, 2]
-    scene = Scene.from_polygons([*box(), sheet, sheet * 0.5 + 0.25], 0.5, 1.0, sides=sides, divisions=np.full(8, 2))
-    patches, F = dense(scene, kernel="hemicube")
-    sheet_up, sheet_down = (patches.face == 6) & (patches.side > 0), (patches.face == 6) & (patches.side < 0)
-    floor, ceiling, one_sided = patches.face == 0, patches.face == 1, patches.face == 7
-    assert (F.matrix[np.ix_(ceiling, sheet_up)] > 0).any() and (F.matrix[np.ix_(floor, sheet_down)] > 0).any()
-    for i, j in ((ceiling, sheet_down), (floor, sheet_up), (sheet_up, floor), (floor, ceiling)):
-        np.testing.assert_array_equal(F.matrix[np.ix_(i, j)], 0.0)
-    # The small sheet hides what is above it, and radiates down only.
-    np.testing.assert_array_equal(F.matrix[np.ix_(ceiling, one_sided)], 0.0)
-    assert (F.matrix[np.ix_(sheet_up, one_sided)] > 0).any() == (patches.centre[one_sided, 2] > 0.5).any()
-
-
-def test_hemicube_columns_send_what_the_hemicubes_see(box):
-    scene = furnished(box, 2)
-    patches, F = dense(scene, kernel="hemicube")
-    column = column_transport(patches, None, kernel="hemicube")
-    for j in (0, 7, 30):
-        np.testing.assert_allclose(column.column(j), F.matrix[j] * patches.area[j] / patches.area, rtol=1e-5)
-        assert column.row_sums()[j] == pytest.approx(F.row_sums()[j], rel=1e-5)
-    assert column.rays == 3 * 3 * 128**2
