@@ -40,6 +40,18 @@ def add_square(scene, name="Square", material=None, z=0.0, size=1.0):
     return add_mesh(scene, name, corners, [(0, 1, 2, 3)], material)
 
 
+def add_light(scene, kind, location=(0.0, 0.0, 0.0), name="Lamp", **properties):
+    """Add a lamp that shines down, with properties of its light."""
+    import bpy
+
+    light = bpy.data.lights.new(name, kind)
+    for key, value in properties.items():
+        setattr(light, key, value)
+    obj = add_object(scene.collection, name, light)
+    obj.location = location
+    return obj
+
+
 def add_room(scene, name="Room", material=None):
     """Add a closed unit cube whose faces look inwards."""
     return add_mesh(scene, name, CUBE_VERTICES, [face[::-1] for face in CUBE_FACES], material)

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.blender.building import colors
+
 EXAMPLES = Path(__file__).resolve().parents[2] / "example_blends"
 NAMES = ("cornell_box", "thesis_room", "furnace", "two_rooms", "daylight", "textured_room", "still_life")
 UNDER_A_SKY = {"daylight", "still_life"}
@@ -55,12 +57,9 @@ def bake(extension, blender):
     return run
 
 
-def colors(obj):
+def radiance(obj):
     """Return the baked radiance at the corners of an object, (c, 3)."""
-    data = obj.data.color_attributes["Radiosity"].data
-    values = np.zeros(4 * len(data), dtype=np.float32)
-    data.foreach_get("color", values)
-    return values.reshape(-1, 4)[:, :3].astype(float)
+    return colors(obj.data)[:, :3].astype(float)
 
 
 def corners(obj):
@@ -91,7 +90,7 @@ def test_the_script_makes_the_examples_that_are_here(run_blender, tmp_path):
 # The matrix has no noise; its rows are exact but for the sampling of what stands between two patches.
 @pytest.mark.parametrize(("method", "mean_error", "worst"), [("gathering", 0.002, 0.01), ("hierarchical", 0.01, 0.05)])
 def test_the_furnace_reads_two_everywhere(bake, method, mean_error, worst):
-    error = np.concatenate([colors(obj) / 2.0 - 1.0 for obj in bake("furnace", method=method) if obj.type == 'MESH'])
+    error = np.concatenate([radiance(obj) / 2.0 - 1.0 for obj in bake("furnace", method=method) if obj.type == 'MESH'])
     assert np.sqrt(np.mean(error**2)) < mean_error
     assert np.abs(error).max() < worst
 
@@ -99,13 +98,13 @@ def test_the_furnace_reads_two_everywhere(bake, method, mean_error, worst):
 def test_every_surface_of_cornells_box_looks_into_it(bake):
     for obj in bake("cornell_box", method='gathering', form_factors='centre', iterations=8):
         if obj.type == 'MESH':
-            assert colors(obj).max(axis=1).mean() > 0.05, obj.name
+            assert radiance(obj).max(axis=1).mean() > 0.05, obj.name
 
 
 def test_the_walls_of_cornells_box_color_what_is_near_them(bake):
     objects = bake("cornell_box", method='gathering', form_factors='centre', iterations=8)
     wall = objects["Back Wall"]
-    x, light = corners(wall)[:, 0], colors(wall)
+    x, light = corners(wall)[:, 0], radiance(wall)
     redness = light[:, 0] / light[:, 1]
     assert redness[x < -0.2].min() > 1.05 * redness[np.abs(x) < 0.05].max()
     assert redness[x > 0.2].max() < redness[np.abs(x) < 0.05].min()
@@ -113,10 +112,10 @@ def test_the_walls_of_cornells_box_color_what_is_near_them(bake):
 
 def test_light_reaches_the_second_room_through_the_door_only(bake):
     objects = bake("two_rooms", method='hierarchical', quality='preview')
-    lit, dark = (colors(objects[f"{room} Ceiling"]).mean() for room in ("Lit", "Dark"))
+    lit, dark = (radiance(objects[f"{room} Ceiling"]).mean() for room in ("Lit", "Dark"))
     assert 0.0 < dark < 0.5 * lit
     # On the wall across from the door what lies straight behind it is the brightest; nothing shines through the walls.
     side = objects["Dark Side Wall"]
-    position, light = corners(side), colors(side).mean(axis=1)
+    position, light = corners(side), radiance(side).mean(axis=1)
     opposite = (np.abs(position[:, 1] - 1.625) < 0.5) & (position[:, 2] < 1.5)
     assert light[opposite].mean() > 2.0 * light[position[:, 2] > 2.2].mean()

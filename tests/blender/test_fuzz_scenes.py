@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.blender.any_scene import any_file
+from tests.blender.building import colors
 
 FILES = int(os.environ.get("FUZZ_FILES", "3"))
 FIRST = int(os.environ.get("FUZZ_SEED", "0"))
@@ -57,6 +58,5 @@ def test_any_file_is_lit_or_refused_in_words(scene, blender, seed):
     for data in blender.data.meshes:
         for layer in data.color_attributes:
             if layer.name == "Radiosity":
-                values = np.zeros(4 * len(layer.data), np.float32)
-                layer.data.foreach_get("color", values)
+                values = colors(data)
                 assert np.isfinite(values).all() and values.min(initial=0.0) >= 0.0

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from tests.blender.building import add_mesh, add_shader, add_square, colors, node_material
+from tests.blender.building import add_light, add_mesh, add_shader, add_square, colors, node_material
 from tests.blender.networks import Network, picture, square
 
 
@@ -57,15 +57,9 @@ def test_a_textured_floor_lights_walls_with_its_colors(extension, blender, scene
     for name, x in (("Left", 0.0), ("Right", 1.0)):
         inwards = (0, 1, 2, 3) if x == 0.0 else (3, 2, 1, 0)
         add_mesh(scene, name, [(x, 0, 0), (x, 1, 0), (x, 1, 1), (x, 0, 1)], [inwards], white.material)
-    sun = blender.data.objects.new("Sun", blender.data.lights.new("Sun", 'SUN'))
-    scene.collection.objects.link(sun)
+    add_light(scene, 'SUN')
     assert blender.ops.radiosity.bake() == {'FINISHED'}
-    color = {}
-    for name in ("Left", "Right", "Floor"):
-        layer = scene.objects[name].data.color_attributes["Radiosity"]
-        values = np.zeros(4 * len(layer.data), np.float32)
-        layer.data.foreach_get("color", values)
-        color[name] = values.reshape(-1, 4)[:, :3]
+    color = {name: colors(scene.objects[name].data)[:, :3] for name in ("Left", "Right", "Floor")}
     left, right = (color[name].mean(axis=0) for name in ("Left", "Right"))
     assert left[0] > 1.5 * left[1] and right[1] > 1.5 * right[0]
     # The floor's corners show their own half.

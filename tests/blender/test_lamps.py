@@ -6,22 +6,17 @@ from math import radians
 import numpy as np
 import pytest
 
-from tests.blender.building import add_square, colors
+from tests.blender.building import add_light, add_square, colors
 from tests.blender.white_floor import SIDE, agree
 
 
 def add_lamp(scene, kind, location=(0.3, -0.4, 1.5), rotation=(0.2, 0.1, 0.3), scale=(1, 1, 1), **properties):
     """Add a light object; give up where this Blender has not one of its properties."""
-    import bpy
-
-    light = bpy.data.lights.new("Lamp", kind)
-    for name, value in properties.items():
-        if not hasattr(light, name):
-            pytest.skip(f"this Blender's lights have no {name}")
-        setattr(light, name, value)
-    obj = bpy.data.objects.new("Lamp", light)
-    obj.location, obj.rotation_euler, obj.scale = location, rotation, scale
-    scene.collection.objects.link(obj)
+    try:
+        obj = add_light(scene, kind, location, **properties)
+    except AttributeError as missing:
+        pytest.skip(f"not in this Blender: {missing}")
+    obj.rotation_euler, obj.scale = rotation, scale
     return obj
 
 

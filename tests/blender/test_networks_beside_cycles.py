@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from tests.blender.building import colors
 from tests.blender.networks import NETWORKS, Network, grid
 
 
@@ -22,10 +23,8 @@ def bake(bpy, objects, kind):
         bpy.ops.object.bake(type=kind, pass_filter={'COLOR'} if kind == 'DIFFUSE' else set(), target='VERTEX_COLORS')
     faces = []
     for obj in objects:
-        layer = obj.data.color_attributes["Reference"]
-        values = np.zeros(4 * len(layer.data), np.float32)
-        layer.data.foreach_get("color", values)
-        obj.data.color_attributes.remove(layer)
+        values = colors(obj.data, "Reference")
+        obj.data.color_attributes.remove(obj.data.color_attributes["Reference"])
         faces.append(values.reshape(-1, 4, 4)[..., :3].mean(axis=1, dtype=float).clip(0.0))
     bpy.data.scenes.remove(scene)
     return faces

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_mesh, add_square, colors, glowing
+from tests.blender.building import CUBE_FACES, CUBE_VERTICES, SQUARE, add_light, add_mesh, add_square, colors, glowing
 
 
 @pytest.fixture
@@ -26,9 +26,7 @@ def stage(scene, blender):
     def build(lamp):
         add_square(scene, "Floor", glowing(0.5, 0.0), size=2.0)
         if lamp:
-            light = blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", 'POINT'))
-            light.location = (1, 1, 2)
-            scene.collection.objects.link(light)
+            add_light(scene, 'POINT', (1, 1, 2))
         else:
             panel = add_square(scene, "Panel", glowing(0.0, 1.0), size=2.0)
             panel.location, panel.rotation_euler = (0, 2, 2), (np.pi, 0, 0)
@@ -89,7 +87,7 @@ def test_an_excluded_object_is_as_if_it_were_not_there(read, bake, stage, scene,
     bake()
     assert not board.data.color_attributes
     scene.objects["Panel"].radiosity.exclude = True
-    scene.collection.objects.link(lamp := blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", 'POINT')))
+    lamp = add_light(scene, 'POINT')
     assert len(read().scene.lamps) == 1
     lamp.radiosity.emit = False
     assert not read().scene.lamps

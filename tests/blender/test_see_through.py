@@ -7,6 +7,7 @@ import pytest
 from tests.blender.building import (
     CUBE_FACES,
     CUBE_VERTICES,
+    add_light,
     add_mesh,
     add_room,
     add_shader,
@@ -26,8 +27,7 @@ def plain(name, kind, **values):
 
 def sunlit(blender, scene, floor, cover):
     """Return the mean colors of a floor in the sun, without what is over it and with it."""
-    sun = blender.data.objects.new("Sun", blender.data.lights.new("Sun", 'SUN'))
-    scene.collection.objects.link(sun)
+    add_light(scene, 'SUN')
     scene.radiosity.light = 'direct'
     lit = []
     for hidden in (True, False):
@@ -45,10 +45,7 @@ def bake(extension, scene, blender):
         for obj in list(scene.objects):
             blender.data.objects.remove(obj)
         add_room(scene, "Room", glowing(0.5, 0.0))
-        light = blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", 'POINT'))
-        light.location = (0.5, 0.5, 0.5)
-        light.data.shadow_soft_size = 0.01
-        scene.collection.objects.link(light)
+        add_light(scene, 'POINT', (0.5, 0.5, 0.5), shadow_soft_size=0.01)
         if shade is not None:
             corners = 0.3 + 0.4 * np.array(CUBE_VERTICES)
             add_mesh(scene, "Shade", corners, CUBE_FACES, shade)

@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from tests.blender.building import add_mesh, colors, glowing
+from tests.blender.building import add_light, add_mesh, colors, glowing
 
 # A roof whose ridge runs along y. The sun stands square to its left half and along its right one.
 ROOF = [(-1, 0, 0), (0, 0, 1), (0, 1, 1), (-1, 1, 0), (1, 0, 0), (1, 1, 0)]
@@ -18,12 +18,9 @@ FULL, SLANTED = 0.5, 0.5 * 0.5**0.5
 
 
 @pytest.fixture
-def sun(scene, blender):
-    light = blender.data.lights.new("Sun", 'SUN')
-    light.energy, light.angle = pi, 0.0
-    lamp = blender.data.objects.new("Sun", light)
+def sun(scene):
+    lamp = add_light(scene, 'SUN', name="Sun", energy=pi, angle=0.0)
     lamp.rotation_euler = (0.0, -pi / 4, 0.0)
-    scene.collection.objects.link(lamp)
     return lamp
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from tests.blender.building import CUBE_FACES, CUBE_VERTICES, add_mesh, add_shader, colors, node_material
+from tests.blender.building import CUBE_FACES, CUBE_VERTICES, add_light, add_mesh, add_shader, colors, node_material
 
 PAPER = (0.9, 0.6, 0.3)
 
@@ -39,9 +39,7 @@ def shaded(scene, blender):
     add_shader(material, 'ShaderNodeBsdfDiffuse', output.inputs[0], Color=(0.6, 0.6, 0.6, 1.0))
     room = cut_cube(scene, "Room", material, np.zeros(3), 2.0, 6, True)
     shade = cut_cube(scene, "Shade", translucent(share=0.6), np.array((0.65, 0.75, 0.95)), 0.5, 4, False)
-    light = blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", 'POINT'))
-    light.location, light.data.energy, light.data.shadow_soft_size = (0.9, 1.0, 1.2), 50.0, 0.05
-    scene.collection.objects.link(light)
+    add_light(scene, 'POINT', (0.9, 1.0, 1.2), energy=50.0, shadow_soft_size=0.05)
     return room, shade
 
 

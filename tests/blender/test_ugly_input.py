@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from tests.blender.building import add_mesh, add_shader, add_square, colors, glowing, node_material
+from tests.blender.building import add_light, add_mesh, add_shader, add_square, colors, glowing, node_material
 
 NAN, INF = float("nan"), float("inf")
 
@@ -98,12 +98,7 @@ def test_lamps_and_worlds_that_are_no_numbers_are_told_and_left_out(bake, scene,
         ("Place", 'SUN', {}, NAN),
         ("Bright", 'SPOT', {"energy": 3e38}, 1.0),
     ):
-        light = blender.data.lights.new(name, kind)
-        for key, value in settings.items():
-            setattr(light, key, value)
-        obj = blender.data.objects.new(name, light)
-        obj.location = (place, 0.0, 1.0)
-        scene.collection.objects.link(obj)
+        add_light(scene, kind, (place, 0.0, 1.0), name, **settings)
     world = blender.data.worlds.new("World")
     scene.world = world
     if world.node_tree is None:
