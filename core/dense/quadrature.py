@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from ..arrays import FloatArray
+from ..sequences import GOLDEN
 
 
 def surface_points(corners: FloatArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -83,7 +84,7 @@ def turned_points(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
         Share of the area that each point stands for; they sum to 1.
     """
     # Turns by the golden ratio of a quarter are never alike.
-    turn = (np.arange(len(corners)) * ((np.sqrt(5) - 1) / 2)) % 1.0
+    turn = (np.arange(len(corners)) * GOLDEN) % 1.0
     angle = (turn[:, None] + np.arange(4)) * (np.pi / 2)
     radius = np.sqrt(1 / 6)
     points, stretch = surface_points(corners, 0.5 + radius * np.cos(angle), 0.5 + radius * np.sin(angle))
@@ -95,29 +96,3 @@ def _shares(weights: FloatArray) -> FloatArray:
     total = weights.sum(axis=1, keepdims=True)
     # A patch without area stands for nothing; any weights do.
     return np.where(total > 0, weights / np.where(total > 0, total, 1), 1 / weights.shape[1])
-
-
-def spread_points(count: int, axes: int) -> FloatArray:
-    """Return points that fill a unit cube evenly: the additive recurrence with the generalised golden ratio.
-
-    Parameters
-    ----------
-    count : int
-        How many.
-    axes : int
-        Of how many numbers each.
-
-    Returns
-    -------
-    ndarray of shape (axes, count)
-
-    References
-    ----------
-    M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
-    """
-    # The positive root of x^(axes + 1) = x + 1.
-    ratio = 2.0
-    for _ in range(40):
-        ratio = (1.0 + ratio) ** (1.0 / (axes + 1))
-    steps = ratio ** -np.arange(1.0, axes + 1)
-    return np.asarray((0.5 + np.outer(steps, np.arange(count))) % 1.0)

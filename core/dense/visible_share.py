@@ -11,9 +11,10 @@ from functools import partial
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
+from ..sequences import spread_points
 from ..visibility import Occluders
 from .exchange import ROUNDING, Exchange, meeting
-from .quadrature import spread_points, surface_points
+from .quadrature import surface_points
 from .shadows import hidden, hidden_pairs
 from .shafts import between
 

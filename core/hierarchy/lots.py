@@ -8,11 +8,12 @@ others: on the mean nothing is lost (Russian roulette: Arvo, Kirk 1990).
 
 import numpy as np
 
+from ..sequences import GOLDEN, PLASTIC
 from .kernels import Single
 from .tree import Int
 
-# Multiples that spread the lots of receivers and nodes evenly: of the plastic number, and of the golden ratio.
-_RECEIVER, _NODE = 0.7548776662466927, 0.6180339887498949
+# Multiples that spread the lots of receivers and nodes evenly.
+_RECEIVER, _NODE = PLASTIC[0], GOLDEN
 
 
 def draw_lots(chance: Single, receiver: Int, node: Int) -> Single:

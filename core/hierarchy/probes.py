@@ -4,6 +4,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sequences import GOLDEN
 from ..visibility import Occluders
 from .receivers import Receivers
 from .tree import Float
@@ -47,7 +48,7 @@ def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -
     far = 4 * float(np.sqrt(((high - low) ** 2).sum())) + 1e-300
     # Even in the cosine and round the axis.
     cosine = (np.arange(_PROBES) + 0.5) / _PROBES
-    angle = 2 * np.pi * 0.6180339887498949 * np.arange(len(axis) * _PROBES).reshape(-1, _PROBES)
+    angle = 2 * np.pi * GOLDEN * np.arange(len(axis) * _PROBES).reshape(-1, _PROBES)
     side = np.eye(3)[np.abs(axis).argmin(axis=2)]
     t = side - (side * axis).sum(axis=2, keepdims=True) * axis
     t /= np.maximum(np.sqrt((t * t).sum(axis=2, keepdims=True)), 1e-300)

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..runs import counted
+from ..sequences import GOLDEN, PLASTIC
 from ..visibility import Occluders
 from .nearness import draw_near
 from .sources import Sources
 from .tree import Float, Int
 from .vectors import dots
 
-# Additive recurrences of the plastic number: the most even spread of points in the square (Roberts 2018).
-_STEP = np.array([0.7548776662466927, 0.5698402909980532])
-_HASH = 0.6180339887498949
+_STEP = np.array(PLASTIC)
 # Points that face away are drawn again, so often and so far along in both numbers.
 _DRAWN_AGAIN, _ELSEWHERE = 3, 0.3819660112501051
 # Share of an element, from each edge, without points.
@@ -232,7 +231,7 @@ def _targets(
 ) -> tuple[Float, Float]:
     """Return points on nodes, and the light that each would bring."""
     # Each receiver begins somewhere else in the sequence, so that the errors of neighbours cancel instead of agreeing.
-    index = turn[:, None] * _STEP + receiver[:, None] * _STEP[::-1] + (node * _HASH)[:, None]
+    index = turn[:, None] * _STEP + receiver[:, None] * _STEP[::-1] + (node * GOLDEN)[:, None]
     target, light = _drawn(origin, normal, node, index, targets)
     # A point that faces away tells nothing of those that do not.
     blind = np.flatnonzero((light == 0) & ~targets.wide[node])

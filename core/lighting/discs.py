@@ -12,10 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..arrays import FloatArray
+from ..sequences import GOLDEN
 
 # Points of a lattice that a lamp is averaged with.
 _LATTICE = 377
-_GOLDEN = 0.6180339887498949
 
 
 def disc_form(sine: FloatArray, cosine: FloatArray) -> FloatArray:
@@ -73,7 +73,7 @@ def frame(way: FloatArray) -> tuple[FloatArray, FloatArray]:
 def lattice(count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield the points of a golden lattice in the unit square, each as two arrays of shape (count,)."""
     for index in range(_LATTICE):
-        yield np.full(count, (index + 0.5) / _LATTICE), np.full(count, (index * _GOLDEN + 0.5) % 1)
+        yield np.full(count, (index + 0.5) / _LATTICE), np.full(count, (index * GOLDEN + 0.5) % 1)
 
 
 def square_to_disc(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..occlusion.panes import Panes
+from ..sequences import GOLDEN, PLASTIC
 from ..visibility import Occluders
 
 # Receivers in a group.
@@ -21,9 +22,9 @@ _GROUP = 16
 _RAYS = 1 << 18
 # A group that gets more than this share of a lamp's light sees it well: an error of one cell is little of all that.
 _WELL = 0.1
-# An additive recurrence of the plastic number: the most even spread of points in the square (Roberts 2018).
-_STEP = np.array([0.7548776662466927, 0.5698402909980532])
-_HASH = np.array([0.6180339887498949, 0.4142135623730951])
+# Steps from receiver to receiver, and from one ray of a receiver to the next.
+_STEP = np.array(PLASTIC)
+_HASH = np.array([GOLDEN, 0.4142135623730951])
 _TINY = 1e-300
 
 

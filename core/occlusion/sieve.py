@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
+from ..sequences import GOLDEN
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
 TURNS = (0.2, 0.8)
 # Fewer faces than this do not take turns: half of a window is no sieve.
 _ENOUGH = 64
-# Multiples of it, modulo one, fill every stretch of faces evenly.
-_GOLDEN = 0.6180339887498949
 # Reflectance of what lets light through that is not worth following.
 _FAINT = 0.1
 
@@ -37,7 +36,8 @@ def blocking(passed: FloatArray) -> BoolArray:
     blocks = passed < 0.5
     partly = np.flatnonzero((passed > TURNS[0]) & (passed < TURNS[1]))
     if len(partly) >= _ENOUGH:
-        blocks[partly] = passed[partly] <= (_GOLDEN * np.arange(len(partly))) % 1.0
+        # Every stretch of faces is filled evenly.
+        blocks[partly] = passed[partly] <= (GOLDEN * np.arange(len(partly))) % 1.0
     return blocks
 
 

@@ -8,13 +8,14 @@ import pytest
 
 from core.dense.blocks import block
 from core.dense.exchange import OF_I, OF_J, exchange
-from core.dense.quadrature import gauss_points, spread_points, surface_points, turned_points
+from core.dense.quadrature import gauss_points, surface_points, turned_points
 from core.dense.shadows import hidden, hidden_pairs
 from core.dense.shafts import as_blockers, between, compact_groups
 from core.meshing import mesh
 from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import Occluding
 from core.scene import Scene
+from core.sequences import spread_points
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 

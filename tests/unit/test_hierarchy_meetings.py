@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from core.form_factors import point_to_polygon
 from core.hierarchy.nearness import draw_near, nearest_points
 from core.scene import Scene
+from core.sequences import PLASTIC
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 TRIANGLE = SQUARE[[0, 1, 2, 2]]
 UP = np.array([0.0, 0.0, 1.0])
 # Evenly spread pairs of numbers (Roberts 2018).
-U, V = (np.arange(40_000)[:, None] * (0.7548776662466927, 0.5698402909980532) % 1).T
+U, V = (np.arange(40_000)[:, None] * PLASTIC % 1).T
 coordinate = st.floats(-1.5, 2.5)
 
 
