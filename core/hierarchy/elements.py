@@ -98,38 +98,70 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
         area = patches.area[patch] / 4**depth
         # What is far away may be as much larger.
         extent = area / (size * core.size * (1.0 + core.away(corners))) ** 2
-        urgency = extent.copy()
+        deeper, urgency = _DEEPEST - depth, extent.copy()
         if len(patch) and power > 0:
             misplaced = 3 * reflected[patch] * _spread(corners, patches, lit) * area
             urgency = np.maximum(urgency, misplaced / (tolerance * power))
         if len(patch) and depth < _CONTACT_DEPTH:
             large = np.flatnonzero(extent > _CONTACT)
-            urgency[large[_stood_on(corners[large], occluders)]] = np.inf
+            stood = large[_stood_on(corners[large], occluders)]
+            urgency[stood] = np.maximum(urgency[stood], extent[stood] / _CONTACT)
         large = np.flatnonzero((extent > _WORTH_HALVING) & (urgency <= 1))
-        urgency[large[_hung_over(corners[large], occluders)]] = 2.0
+        hung = large[_hung_over(corners[large], occluders)]
+        urgency[hung] = 1.0 + extent[hung]
         coarse = (urgency > 1) & (depth < _DEEPEST)
         both = piece_translucence(corners, patch, patches)
         if both is None:
-            room = _afforded(coarse, np.arange(len(patch)), urgency, room)
+            room = _afforded(coarse, np.arange(len(patch)), urgency, extent, deeper, room)
         else:
             # What shines through is cut alike on both sides, and finely however many other patches there are.
             coarse[both.piece] |= coarse[both.other]
-            room = _afforded(coarse, np.flatnonzero(patches.opposite[patch] < 0), urgency, room)
-            apart = _afforded(coarse, both.piece, urgency, apart)
+            room = _afforded(coarse, np.flatnonzero(patches.opposite[patch] < 0), urgency, extent, deeper, room)
+            apart = _afforded(coarse, both.piece, urgency, extent, deeper, apart)
             coarse[both.piece] &= coarse[both.other]
-        done.append((corners[~coarse], patch[~coarse]))
+        # What had to stay whole may be split when all is done.
+        waiting = np.where((patches.opposite[patch] < 0) & (depth < _DEEPEST), urgency, 0.0)
+        done.append((corners[~coarse], patch[~coarse], waiting[~coarse]))
         corners, patch = quarters(corners[coarse]), np.repeat(patch[coarse], 4)
-    corners = np.concatenate([c for c, _ in done])
-    patch = np.concatenate([p for _, p in done])
+    corners, patch, waiting = (np.concatenate(parts) for parts in zip(*done, strict=True))
+    late = _most_urgent(waiting, room // 4)
+    corners = np.concatenate((corners[~late], quarters(corners[late])))
+    patch = np.concatenate((patch[~late], np.repeat(patch[late], 4)))
     order = np.argsort(patch, kind="stable")
     return _measured(corners[order], patch[order], patches)
 
 
-def _afforded(coarse: NDArray[np.bool_], which: Int, urgency: Float, room: int) -> int:
-    """Of some pieces that are to be split leave the most urgent that there is room for; return what room is left."""
-    if 4 * coarse[which].sum() > room:
-        coarse[which[np.argsort(-urgency[which], kind="stable")[room // 4 :]]] = False
+def _afforded(coarse: NDArray[np.bool_], which: Int, urgency: Float, extent: Float, deeper: int, room: int) -> int:
+    """Of some pieces that are to be split leave those that there is room for; return what room is left.
+
+    A thousand small pieces must not leave a large one whole: first there is room for all the splits, down to `deeper`
+    levels, of pieces that are too large, the largest first. What is left goes to the most urgent of the others, and
+    where it does not suffice half of it is kept back for their parts.
+    """
+    wanted = which[coarse[which]]
+    owed = _splits(extent[wanted], deeper)
+    if owed.sum() + 4 * np.count_nonzero(owed == 0) > room:
+        least = 1.0
+        while owed.sum() > room:
+            least *= 2
+            owed = _splits(extent[wanted] / least, deeper)
+        spare = (room - int(owed.sum())) // (2 if deeper > 1 else 1)
+        rest = wanted[owed == 0]
+        coarse[rest[np.argsort(-urgency[rest], kind="stable")[spare // 4 :]]] = False
     return room - 4 * int(coarse[which].sum())
+
+
+def _most_urgent(urgency: Float, most: int) -> NDArray[np.bool_]:
+    """Return which pieces are to be split, the most urgent of those that are to be."""
+    chosen = np.zeros(len(urgency), bool)
+    chosen[np.argsort(-urgency, kind="stable")[:most]] = True
+    return chosen & (urgency > 1)
+
+
+def _splits(extent: Float, deeper: int) -> Int:
+    """Return how many pieces come about, at all levels, until none is larger than one, shape (n,)."""
+    halvings = np.ceil(0.5 * np.log2(np.clip(extent, 1.0, 1e12))).clip(max=deeper).astype(np.int64)
+    return np.asarray(4 * (4**halvings - 1) // 3)
 
 
 def quarters(corners: Float) -> Float:

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Elements: who is split where there is not room for all splits."""
+
+import numpy as np
+import pytest
+
+from core.hierarchy import elements as splitting
+from core.hierarchy.elements import split_patches
+from core.hierarchy.quality import QUALITIES
+from core.meshing import mesh
+from core.scene import Scene
+from core.visibility import scene_occluders
+from tests.unit.flat_shapes import SQUARE
+
+# Small faces along each side of the crowd: half of them lie, half stand in them.
+SIDE = 32
+SMALL = 2 * SIDE * SIDE
+
+
+@pytest.fixture(scope="module")
+def crowd():
+    """Return the patches and occluders of crossed small faces over a large floor, the last but a lamp over it."""
+    x, y = (part.reshape(-1) for part in np.indices((SIDE, SIDE)))
+    place = np.column_stack((x, y, np.full(len(x), 4.0)))[:, None]
+    standing = SQUARE[:, [2, 0, 1]] + (0.4, 0.0, -0.6)
+    polygons = [*(place + 0.7 * SQUARE), *(place + 0.7 * standing), SIDE * SQUARE, 3 * SQUARE[::-1] + (0, 0, 20)]
+    emission = np.zeros((SMALL + 2, 3))
+    emission[-1] = 5.0
+    scene = Scene.from_polygons(polygons, 0.5, emission)
+    patches = mesh(scene)
+    return patches, scene_occluders(scene, patches)
+
+
+@pytest.mark.parametrize("quality", ["preview", "medium", "production"])
+def test_a_large_floor_is_split_however_many_small_faces_would_be(crowd, quality, monkeypatch):
+    patches, occluders = crowd
+    wanted = {"tolerance": QUALITIES[quality].split, "size": QUALITIES[quality].size}
+    found = split_patches(patches, occluders, **wanted)
+    # Each split puts four in the place of one, and there is room for four for each patch.
+    assert len(found) <= SMALL + 2 + 3 * (SMALL + 2)
+    np.testing.assert_allclose(np.bincount(found.patch, found.area), patches.area, rtol=1e-9)
+    again = split_patches(patches, occluders, **wanted)
+    np.testing.assert_array_equal(again.corners, found.corners)
+    # With room for all, more small faces are split, and floor and lamp as they are now.
+    monkeypatch.setattr(splitting, "_MOST", 1000)
+    whole = split_patches(patches, occluders, **wanted)
+    few, all_of_them = (np.bincount(one.patch) for one in (found, whole))
+    assert 1.2 * SMALL < few[:SMALL].sum() < all_of_them[:SMALL].sum()
+    np.testing.assert_array_equal(few[SMALL:], all_of_them[SMALL:])
+    assert few[SMALL] >= 0.25 / QUALITIES[quality].size ** 2
+    np.testing.assert_array_equal(found.corners[found.patch >= SMALL], whole.corners[whole.patch >= SMALL])
