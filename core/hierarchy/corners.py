@@ -163,6 +163,7 @@ def final_gather(
         scene,
         corners.group,
         covered,
+        typical,
         ROUNDS if few else _SPARSE_ROUNDS,
     )
     light = np.where((covered & known)[:, None], around, light)

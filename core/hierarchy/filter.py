@@ -13,12 +13,19 @@ from ..scene import Scene
 from .tree import Float, Int
 
 ROUNDS = 3
-# Differences of neighbours, relative to all their light, that count half.
+# Differences of neighbours that count half, relative to all their light or to typical light where they have more: beside
+# a lamp what is no more than a shade is large for the picture.
 _SAME = 0.06
 
 
 def smoothed(
-    values: Float, light: Float, scene: Scene, group: Int, covered: NDArray[np.bool_], rounds: int = ROUNDS
+    values: Float,
+    light: Float,
+    scene: Scene,
+    group: Int,
+    covered: NDArray[np.bool_],
+    typical: float,
+    rounds: int = ROUNDS,
 ) -> Float:
     """Blend indirect light with that of neighbours along the edges of the mesh.
 
@@ -34,6 +41,8 @@ def smoothed(
         Receiver of each corner.
     covered : ndarray of shape (q,)
         Receivers that nobody is to learn from.
+    typical : float
+        Irradiance [W/m^2].
     rounds : int
         How often neighbours are asked.
 
@@ -45,7 +54,7 @@ def smoothed(
     there = ~(covered[one] | covered[other])
     one, other = one[there], other[there]
     count = len(values)
-    grey, level = light.mean(axis=1), values[:, :3].mean(axis=1)
+    grey, level = np.minimum(light.mean(axis=1), typical), values[:, :3].mean(axis=1)
     apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
     alike = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)
     degree = np.bincount(one, minlength=count) + np.bincount(other, minlength=count)

@@ -9,8 +9,9 @@ from ..visibility import Occluders
 from .receivers import Receivers
 from .tree import Float
 
-# Directions that each is probed in, and in how many rounds.
-_PROBES, _ROUNDS = 16, 4
+# Directions that each is probed in, and in how many rounds. An opening that fills a twentieth of what is seen must not
+# slip through: its light would be made up by that of the walls around it.
+_PROBES, _ROUNDS = 96, 8
 
 
 def groups_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
@@ -46,8 +47,8 @@ def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -
         return np.zeros(0, bool)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     far = 4 * float(np.sqrt(((high - low) ** 2).sum())) + 1e-300
-    # Even in the cosine and round the axis.
-    cosine = (np.arange(_PROBES) + 0.5) / _PROBES
+    # As much as each direction counts, and even round the axis.
+    cosine = np.sqrt((np.arange(_PROBES) + 0.5) / _PROBES)
     angle = 2 * np.pi * GOLDEN * np.arange(len(axis) * _PROBES).reshape(-1, _PROBES)
     side = np.eye(3)[np.abs(axis).argmin(axis=2)]
     t = side - (side * axis).sum(axis=2, keepdims=True) * axis
