@@ -13,8 +13,8 @@ from ..scene import Scene
 from .tree import Float, Int
 
 ROUNDS = 3
-# Differences of neighbours that count half, relative to all their light or to typical light where they have more: beside
-# a lamp what is no more than a shade is large for the picture.
+# Differences of neighbours that count half, relative to all their light, or to typical light where they have more:
+# beside a lamp what is no more than a shade is large for the picture.
 _SAME = 0.06
 
 
