@@ -18,7 +18,7 @@ from .elements import Elements
 from .linking import closures
 from .probes import groups_shut_in, points_shut_in
 from .quality import Detail, Quality
-from .receivers import GROUP_SIZE, SPARSE_SIZE, DirectLight, Receivers, group_receivers
+from .receivers import GROUP_SIZE, DirectLight, Receivers, group_receivers, group_size
 from .rows import BRIGHT, gather, stream_rows
 from .samples import Samples, choose_samples
 from .scenery import Scenery, node_means
@@ -138,14 +138,16 @@ def sparse_glances(
     samples = _samples(corners, lit, quality)
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
-    sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers)
+    size = group_size(len(samples), len(corners.point))
+    sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers, size)
     indirect = _without_lamps(sampled) + _from_sky(corners, samples.element, sky)
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, edge, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
     others = np.maximum(samples.spread(indirect), 0)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     if len(closer):
-        more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
+        size = group_size(len(closer), len(corners.point))
+        more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers, size)
         others[closer] = _without_lamps(more) + _from_sky(corners, closer, sky)
         covered[closer], alone[closer] = more.covered, more.alone
         sights.append(of_all(more.sights, closer))
@@ -221,7 +223,7 @@ def _glance(
     need: Float,
     detail: Detail,
     workers: Executor,
-    size: int = SPARSE_SIZE,
+    size: int,
 ) -> Generator[Progress, None, Glance]:
     """Gather all light at some corners."""
     point, normal, scenery, elements = corners.point[which], corners.normal[which], lit.scenery, lit.elements

@@ -14,7 +14,7 @@ from .foresight import links_memory, refuse_beyond_memory
 from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
-from .receivers import GROUP_SIZE, SPARSE_SIZE, Receivers, group_receivers
+from .receivers import Receivers, group_receivers, group_size
 from .rows import BRIGHT, Rows, build_rows, stream_rows, tasks
 from .samples import Samples
 from .scenery import Scenery
@@ -59,7 +59,7 @@ def hierarchical_transport(
     RadiosityError
         When the links would not fit into memory: before the first, if that can be foreseen.
     """
-    size = GROUP_SIZE if samples.single else SPARSE_SIZE
+    size = group_size(len(samples), len(elements))
     receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element], size)
     needed = links_memory(receivers, scenery, detail)
     refuse_beyond_memory(needed)

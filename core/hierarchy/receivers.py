@@ -20,6 +20,17 @@ SPARSE_SIZE = 2
 DirectLight = Callable[[Float, Float], Float]
 
 
+def group_size(looking: int, among: int) -> int:
+    """Return how many receivers to put in a group, so that it is about as wide as one of all would be.
+
+    Parameters
+    ----------
+    looking, among : int
+        How many receive, and how many they speak for.
+    """
+    return max(SPARSE_SIZE, GROUP_SIZE * looking // max(among, 1))
+
+
 @dataclass(frozen=True, eq=False)
 class Receivers:
     """Points that light is gathered at, sorted by group.
