@@ -18,7 +18,7 @@ PYTHON = $(VENV)/bin/python
 EXTENSION_TOOL = $(PYTHON) -c "import sys, bpy, bl_pkg; sys.exit(bl_pkg.cli_extension(sys.argv[1:]))"
 
 .DEFAULT_GOAL := help
-.PHONY: help venv bake test fuzz coverage lint build examples pictures table benchmark clean
+.PHONY: help venv bake test fuzz coverage lint build examples pictures table benchmark profile clean
 
 help:                ## this list
 	@sed -n 's/^\([a-z]*\):.*## */  make \1 — /p' $(MAKEFILE_LIST)
@@ -65,6 +65,9 @@ table: venv          ## the thesis's table, our times beside its own
 
 benchmark: venv      ## error against time, ours and Cycles'; another one with ARGS=growth or ARGS=race
 	$(PYTHON) -m tests.benchmarks $(or $(ARGS),cycles)
+
+profile: venv        ## where the time of a bake of BLEND at QUALITY goes, by stage and by function
+	$(PYTHON) -m tests.benchmarks.profiling "$(BLEND)" --quality "$(QUALITY)" --output "$(BUILD)/$(NAME).prof"
 
 clean:               ## remove what was made, the virtual environments included
 	rm -rf build dist .venv .venv-*
