@@ -23,14 +23,16 @@ except ModuleNotFoundError:
 ALIAS = "radiosity_checkout"
 
 
-def load_cli() -> ModuleType:
-    """Import the command from this checkout, whatever its folder is called, without touching sys.path."""
+def load(name: str) -> ModuleType:
+    """Import a module of the extension from this checkout, whatever its folder is called, without touching sys.path."""
+    if ALIAS in sys.modules:
+        return importlib.import_module(f"{ALIAS}.{name}")
     root = Path(__file__).resolve().parents[1]
     spec = importlib.util.spec_from_file_location(ALIAS, root / "__init__.py", submodule_search_locations=[str(root)])
     package = importlib.util.module_from_spec(spec)
     sys.modules[ALIAS] = package
     spec.loader.exec_module(package)
-    return importlib.import_module(f"{ALIAS}.radiosity_addon.cli")
+    return importlib.import_module(f"{ALIAS}.{name}")
 
 
 def main() -> None:
@@ -40,7 +42,7 @@ def main() -> None:
     if inside_blender:
         argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
     try:
-        code = load_cli().main(argv, prog="bake.py")
+        code = load("radiosity_addon.cli").main(argv, prog="bake.py")
     except Exception:
         # Blender would print it too, but end with 0.
         traceback.print_exc()
@@ -53,4 +55,5 @@ def main() -> None:
     os._exit(code)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -18,7 +18,7 @@ from .elements import Elements
 from .linking import closures
 from .probes import groups_shut_in, points_shut_in
 from .quality import Detail, Quality
-from .receivers import GROUP_SIZE, DirectLight, Receivers, group_receivers, group_size
+from .receivers import DirectLight, Receivers, group_receivers, group_size
 from .rows import BRIGHT, gather, stream_rows
 from .samples import Samples, choose_samples
 from .scenery import Scenery, node_means
@@ -84,7 +84,7 @@ def glances(
     need: Float,
     quality: Quality,
     workers: Executor,
-    size: int = GROUP_SIZE,
+    size: int | None = None,
 ) -> Generator[Progress, None, Glance]:
     """Let every corner look at everything.
 
@@ -98,8 +98,8 @@ def glances(
         How many times as much an error counts as where light is typical.
     quality : Quality
     workers : concurrent.futures.Executor
-    size : int
-        Most corners in a group.
+    size : int, optional
+        Most corners in a group; by default as many as make it as wide as one of all corners.
 
     Yields
     ------
@@ -138,16 +138,14 @@ def sparse_glances(
     samples = _samples(corners, lit, quality)
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
-    size = group_size(len(samples), len(corners.point))
-    sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers, size)
+    sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers)
     indirect = _without_lamps(sampled) + _from_sky(corners, samples.element, sky)
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, edge, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
     others = np.maximum(samples.spread(indirect), 0)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     if len(closer):
-        size = group_size(len(closer), len(corners.point))
-        more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers, size)
+        more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
         others[closer] = _without_lamps(more) + _from_sky(corners, closer, sky)
         covered[closer], alone[closer] = more.covered, more.alone
         sights.append(of_all(more.sights, closer))
@@ -223,11 +221,11 @@ def _glance(
     need: Float,
     detail: Detail,
     workers: Executor,
-    size: int,
+    size: int | None = None,
 ) -> Generator[Progress, None, Glance]:
     """Gather all light at some corners."""
     point, normal, scenery, elements = corners.point[which], corners.normal[which], lit.scenery, lit.elements
-    receivers = group_receivers(point, normal, size)
+    receivers = group_receivers(point, normal, size or group_size(len(which), len(corners.point)))
     count, width = len(which), shown.shape[1]
     scale = float(np.max(shown, initial=0.0)) or 1.0
     nodes = parted(node_means(scenery.sources, elements.area, shown / scale), scenery.brightness > BRIGHT)

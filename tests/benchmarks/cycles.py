@@ -36,11 +36,16 @@ def build(items: Iterable[Item]) -> list[bpy.types.Object]:
         mesh.from_pydata(np.concatenate(vertices).tolist(), [], faces)
         mesh.polygons.foreach_set("material_index", slots)
         mesh.polygons.foreach_set("use_smooth", [item.smooth] * len(faces))
-        mesh.color_attributes.active_color = mesh.color_attributes.new(ATTRIBUTE, 'FLOAT_COLOR', 'CORNER')
+        add_attribute(mesh)
         mesh.update()
         objects.append(bpy.data.objects.new(item.name, mesh))
         scene.collection.objects.link(objects[-1])
     return objects
+
+
+def add_attribute(mesh: bpy.types.Mesh, domain: str = 'CORNER') -> None:
+    """Give a mesh the attribute that `bake` writes to."""
+    mesh.color_attributes.active_color = mesh.color_attributes.new(ATTRIBUTE, 'FLOAT_COLOR', domain)
 
 
 def _material(name: str, part: Part, front_only: bool) -> bpy.types.Material:
@@ -101,23 +106,25 @@ def _numbers(collection: bpy.types.bpy_prop_collection, name: str, width: int, d
 
 
 def bake(
-    objects: list[bpy.types.Object], samples: int, seed: int, threads: int = 0
+    objects: list[bpy.types.Object], samples: int, seed: int, threads: int = 0, bounces: int = 128
 ) -> tuple[NDArray[np.float64], float]:
     """Bake outgoing radiance with Cycles.
 
     Parameters
     ----------
     objects : list of bpy.types.Object
-        Everything in the scene.
+        What to bake, each with what `add_attribute` adds.
     samples, seed : int
         Paths a corner, without adaptive sampling, and where their random numbers start.
     threads : int
         Threads to use; 0 leaves it to Blender.
+    bounces : int
+        At most; 0 is direct light.
 
     Returns
     -------
     radiance : ndarray of shape (c, 3)
-        At the face corners [W/m^2/sr].
+        At their face corners, or vertices if that is the attribute's domain [W/m^2/sr].
     seconds : float
         Time of the bake alone.
     """
@@ -133,7 +140,9 @@ def bake(
     # The denoiser would take the list of corners for a picture and smear unrelated corners into each other.
     settings.use_denoising = False
     settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0
-    settings.max_bounces = settings.diffuse_bounces = 128
+    settings.max_bounces = settings.diffuse_bounces = settings.transmission_bounces = bounces
+    for obj in bpy.context.selected_objects:
+        obj.select_set(False)
     for obj in objects:
         obj.select_set(True)
     bpy.context.view_layer.objects.active = objects[0]

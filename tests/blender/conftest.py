@@ -210,9 +210,9 @@ def floor(scene):
 
 
 @pytest.fixture
-def cycles(scene, blender: ModuleType, floor):
+def cycles(floor):
     """Give a function that returns Cycles' direct irradiance at the vertices of the floor."""
-    return lambda samples=512: cycles_irradiance(blender, scene, floor, samples)
+    return lambda samples=512: cycles_irradiance(floor, samples)
 
 
 @pytest.fixture

@@ -5,38 +5,30 @@ import math
 
 import numpy as np
 
-from tests.blender.building import add_mesh, add_shader, colors, node_material
+from tests.blender.building import add_mesh, add_shader, node_material
 
 REFLECTANCE = 0.5
 SIDE = 12  # vertices along a side of the floor
 
 
 def add_floor(scene):
-    """Add the floor, with an attribute to bake to."""
+    """Add the floor."""
     material, output = node_material("White")
     add_shader(material, 'ShaderNodeBsdfDiffuse', output.inputs["Surface"], Color=(*[REFLECTANCE] * 3, 1.0))
     steps = np.linspace(-2, 2, SIDE)
     vertices = [(x, y, 0) for y in steps for x in steps]
     rows = [SIDE * j + i for j in range(SIDE - 1) for i in range(SIDE - 1)]
-    obj = add_mesh(scene, "Floor", vertices, [(k, k + 1, k + SIDE + 1, k + SIDE) for k in rows], material)
-    obj.data.color_attributes.active_color = obj.data.color_attributes.new("Cycles", 'FLOAT_COLOR', 'POINT')
-    return obj
+    return add_mesh(scene, "Floor", vertices, [(k, k + 1, k + SIDE + 1, k + SIDE) for k in rows], material)
 
 
-def cycles_irradiance(blender, scene, floor, samples=512):
+def cycles_irradiance(floor, samples=512):
     """Bake the floor with Cycles and return the direct irradiance at its vertices, shape (v, 3) [W/m^2]."""
-    scene.render.engine = 'CYCLES'
-    settings = scene.cycles
-    settings.device, settings.samples, settings.seed = 'CPU', samples, 0
-    settings.use_adaptive_sampling = settings.use_denoising = False
-    settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0
+    from tests.benchmarks import cycles
+
+    cycles.add_attribute(floor.data, 'POINT')
     # Direct light alone: blockers reflect nothing back.
-    settings.max_bounces = settings.diffuse_bounces = 0
-    for obj in blender.context.view_layer.objects:
-        obj.select_set(obj == floor)
-    blender.context.view_layer.objects.active = floor
-    blender.ops.object.bake(type='COMBINED', target='VERTEX_COLORS')
-    return colors(floor.data, "Cycles")[:, :3] * math.pi / REFLECTANCE
+    radiance, _ = cycles.bake([floor], samples, 0, bounces=0)
+    return radiance * math.pi / REFLECTANCE
 
 
 def direct_irradiance(core, scene, floor):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The hierarchical method from end to end, against closed forms and against the whole matrix."""
 
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -13,17 +13,9 @@ from core.lighting.round_lamps import SunLamp
 from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings
+from tests.at_once import AtOnce
 
 QUALITIES = ("preview", "medium", "high", "production")
-
-
-class AtOnce(Executor):
-    """Runs what it is given right away."""
-
-    def submit(self, fn, /, *args, **kwargs):
-        future = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
 
 
 def lit(scene, executor=None, **settings):

@@ -22,15 +22,7 @@ from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
 from core.scene import Scene
 from core.visibility import scene_occluders
-
-
-class AtOnce(Executor):
-    """Runs what it is given right away."""
-
-    def submit(self, fn, /, *args, **kwargs):
-        future = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
+from tests.at_once import AtOnce
 
 
 class Never(Executor):
