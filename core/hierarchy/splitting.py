@@ -15,6 +15,9 @@ _OFFSET_WEIGHT = 3.0
 _SHADE_WEIGHT = 0.3
 # A split by position is taken where it leaves less than this share of the work.
 _CHEAPER = 0.75
+# ... or by brightness, if that spreads further and position leaves this share of its variance: of a room of single
+# sheets the day outside is where the dark inside is.
+_MIXED = 0.9
 # From how many radii flat nodes, bent ones, and those of many directions pass for one source, about; and what is flat,
 # and what is only bent: thickness and the length of the mean normal.
 _CURVED, _WIDE = 2.0, 2.5
@@ -55,8 +58,8 @@ def split(order: Int, start: Int, stop: Int, position: Float, normal: Float, sha
     low, high = np.minimum.reduceat(feature, first), np.maximum.reduceat(feature, first)
     axis = (high - low).argmax(axis=1)
     if compact:
-        apart = _by_place(feature, low, high, axis, first, segment, np.column_stack((x, n, offset / _OFFSET_WEIGHT)))
-        axis[apart] = extent[apart].argmax(axis=1)
+        told = np.column_stack((x, n, offset / _OFFSET_WEIGHT, stops))
+        _prefer_place(feature, low, high, axis, first, segment, told)
     value = feature[np.arange(len(segment)), axis[segment]]
     cut = 0.5 * (low + high)[np.arange(len(axis)), axis]
     right = value > cut[segment]
@@ -78,8 +81,8 @@ def split(order: Int, start: Int, stop: Int, position: Float, normal: Float, sha
     return middle
 
 
-def _by_place(feature: Float, low: Float, high: Float, axis: Int, first: Int, segment: Int, told: Float) -> Int:
-    """Return the nodes that are better split by position than by orientation or plane.
+def _prefer_place(feature: Float, low: Float, high: Float, axis: Int, first: Int, segment: Int, told: Float) -> None:
+    """Split nodes by position, or by brightness, where that is better than by orientation or plane.
 
     Parting a room's walls makes flat nodes, but parting the tables' tops of a house from all else makes a node that is
     as large as the house, and near to everything.
@@ -87,37 +90,45 @@ def _by_place(feature: Float, low: Float, high: Float, axis: Int, first: Int, se
     Parameters
     ----------
     feature : ndarray of shape (k, 8)
-        That nodes may be split by, position first, element by element.
+        That nodes may be split by, position first and brightness last, element by element.
     low, high : ndarray of shape (m, 8)
         Bounds of each node's features.
     axis : ndarray of shape (m,)
-        The feature proposed for each.
+        The feature proposed for each; changed in place.
     first : ndarray of shape (m,)
         First element of each node.
     segment : ndarray of shape (k,)
         Node of each element.
-    told : ndarray of shape (k, 7)
-        Position, normal and plane offset, all in true proportion.
-
-    Returns
-    -------
-    ndarray of shape (b,)
+    told : ndarray of shape (k, 8)
+        Position, normal and plane offset, all in true proportion, and brightness.
     """
     asked = np.flatnonzero((axis >= 3) & (axis < 7))
     if not len(asked):
-        return asked
+        return
     size = np.diff(np.append(first, len(segment)))[asked]
     which, place = counted(size, first[asked])
     begin = np.cumsum(size) - size
-    x, offset = told[place, :3], told[place, 6]
-    values = np.column_stack((np.ones(len(place)), (x * x).sum(axis=1), told[place], offset * offset))
+    x, offset, stops = told[place, :3], told[place, 6], told[place, 7]
+    squares = ((x * x).sum(axis=1), offset * offset, stops * stops)
+    values = np.column_stack((np.ones(len(place)), told[place], *squares))
     total = np.add.reduceat(values, begin)
+    span = (high - low)[asked]
+    wide = span[:, :3].argmax(axis=1)
     costs = []
-    for choice in (axis[asked], (high - low)[asked, :3].argmax(axis=1)):
+    for choice in (axis[asked], wide):
         cut = 0.5 * (low + high)[asked, choice]
         part = np.add.reduceat(values * (feature[place, choice[which]] > cut[which])[:, None], begin)
         costs.append(_opened(part) + _opened(total - part))
-    return asked[costs[1] < _CHEAPER * costs[0]]
+    better = costs[1] < _CHEAPER * costs[0]
+    mixed = _unlike(part) + _unlike(total - part) > _MIXED * _unlike(total)
+    mixed &= span[:, 7] > span[np.arange(len(span)), wide]
+    axis[asked[better]] = np.where(mixed, 7, wide)[better]
+
+
+def _unlike(sums: Float) -> Float:
+    """Return how far the brightness of nodes' elements spreads: the sum of squares about their mean."""
+    spread: Float = sums[:, 11] - sums[:, 8] ** 2 / np.maximum(sums[:, 0], 1)
+    return spread
 
 
 def _opened(sums: Float) -> Float:
@@ -125,8 +136,8 @@ def _opened(sums: Float) -> Float:
 
     Parameters
     ----------
-    sums : ndarray of shape (m, 10)
-        Of 1, x^2, x, n, the plane's offset, and its square.
+    sums : ndarray of shape (m, 12)
+        Of 1, x, n, the plane's offset, brightness, and of the squares of x, offset and brightness.
 
     Returns
     -------
@@ -134,9 +145,9 @@ def _opened(sums: Float) -> Float:
         As the square of the distance from which a node passes for one source.
     """
     mean = sums / np.maximum(sums[:, :1], 1)
-    squared = np.maximum(mean[:, 1] - (mean[:, 2:5] ** 2).sum(axis=1), 0)
-    alike = np.sqrt((mean[:, 5:8] ** 2).sum(axis=1))
-    thick = np.maximum(mean[:, 9] - mean[:, 8] ** 2, 0)
+    squared = np.maximum(mean[:, 9] - (mean[:, 1:4] ** 2).sum(axis=1), 0)
+    alike = np.sqrt((mean[:, 4:7] ** 2).sum(axis=1))
+    thick = np.maximum(mean[:, 10] - mean[:, 7] ** 2, 0)
     flat = (alike > 1 - _FLAT) & (thick < _FLAT * squared)
     distance = np.where(flat, 1.0, np.where(alike > _ALIKE, _CURVED, _WIDE))
     opened: Float = distance * distance * squared

@@ -2,6 +2,7 @@
 """The hierarchical method from end to end, against closed forms and against the whole matrix."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from core.bake import bake
 from core.errors import RadiosityError
 from core.hierarchy.corners import corner_receivers
 from core.lighting.round_lamps import SunLamp
+from core.lighting.sky import SkyLamp
 from core.progress import exhaust
-from core.scene import Scene
+from core.scene import BOTH, FRONT, Scene
 from core.settings import Settings
 from tests.at_once import AtOnce
 
@@ -197,3 +199,24 @@ def test_a_roof_in_the_sun_does_not_make_the_rooms_below_look_unimportant(box):
     expected, found = surfaces(lit(alone)), surfaces(lit(below))
     assert found[-1] == pytest.approx(500, rel=1e-3)
     assert found[:-1] == pytest.approx(expected, rel=0.02)
+
+
+def test_the_day_outside_does_not_shine_through_single_sheets(box):
+    room, things = box((5, 6, 2.7)), [((0.4, 0.4, 0.1), (2.3, 2.8, 2.5)), ((1.2, 1, 0.05), (1.5, 2, 0.4))]
+    polygons = [*room, *(face for size, at in things for face in box(size, at, inward=False))]
+    emission = np.zeros((len(polygons), 3))
+    emission[6:12] = 5 * np.pi
+    sides = np.where(np.arange(len(polygons)) < 6, BOTH, FRONT)
+    night = Scene.from_polygons(polygons, 0.8, emission, sides=sides)
+    day = replace(night, lamps=(SkyLamp("World", np.full((1, 1, 3), 50.0)),))
+    lights = []
+    for scene in (night, day):
+        result = lit(scene, quality="preview", max_edge=0.35)
+        patches, solution = result.patches, result.solution
+        outside = ((patches.centre - (2.5, 3, 1.35)) * patches.normal).sum(axis=1) > 0
+        outside &= patches.face < 6
+        lights.append((patches.area @ np.where(outside, 0, solution.irradiance[:, 0]), result.corner_irradiance))
+        assert solution.irradiance[outside] == pytest.approx(np.pi * 50 * (scene is day), rel=1e-3)
+    (inside, corners), (by_day, corners_by_day) = lights
+    assert by_day == pytest.approx(inside, rel=0.03)
+    assert corners_by_day.mean() == pytest.approx(corners.mean(), rel=0.03)
