@@ -7,12 +7,14 @@ A sweep is either Jacobi's, all patches from the light of the sweep before, or i
 what the patches before them have just become. In place is done by blocks of rows, so that each step is one product of
 matrices; within a block it is Jacobi's, which costs little of the faster convergence. The first sweep is Jacobi's
 anyway, or else it would not be direct light.
+Where bounces need not be told apart, Jacobi's sweeps are accelerated: they then end sooner, with the same light.
 """
 
 from collections.abc import Generator
 
 import numpy as np
 
+from .acceleration import Mixture
 from .arrays import FloatArray
 from .progress import Progress
 from .solution import Solution
@@ -49,8 +51,8 @@ def gathering(
         Sweeps at most.
     tolerance : float
         The sweep that changes no radiosity by more than this, relative to it, is the last.
-    sweep : {"in-place", "jacobi"}
-        In place needs rows: a transport that is not dense is swept the other way.
+    sweep : {"in-place", "jacobi", "accelerated"}
+        In place needs rows: a transport that is not dense is swept by Jacobi's. Only those tell bounces apart.
     start : ndarray of shape (n, 3), optional
         Radiosity to begin with, such as a solution under other light; E when not given [W/m^2].
     through : Translucence, optional
@@ -69,16 +71,18 @@ def gathering(
     area = transport.area[:, None]
     emitted = float((area * emission).sum())
     B, H = (emission if start is None else start).copy(), np.zeros_like(emission)
-    residual, iteration = np.inf, 0
+    mixture = Mixture(transport.area) if sweep == "accelerated" else None
+    residual, iteration, begin = np.inf, 0, B
     while iteration < iterations and residual > tolerance:
         iteration += 1
-        before = B
+        before = begin
         if in_place and iteration > 1 and isinstance(transport, DenseTransport):
             B = B.copy()
             _sweep_in_place(transport, emission, reflectance, through, B, H)
         else:
-            H = transport.gather(B)
+            H = transport.gather(before)
             B = emission + scattered(reflectance, H, through)
+        begin = mixture.next(before, B) if mixture else B
         change = np.abs(B - before)
         residual = float(np.divide(change, B, out=np.zeros_like(B), where=B > 0.0).max(initial=0.0))
         unshot = float((area * change).sum()) / emitted if emitted else 0.0

@@ -24,7 +24,6 @@ from .samples import Samples, choose_samples
 from .scenery import Scenery, node_means
 from .sights import Sights, joined, large_sights, of_all
 from .solve import Lit
-from .transport import parted
 from .tree import Float, Int
 
 STAGE = "Final gather"
@@ -182,9 +181,7 @@ def _samples(corners: Corners, lit: Lit, quality: Quality) -> Samples:
     return choose_samples(places, lit.scenery.occluders, quality.corners)
 
 
-def _closer(
-    samples: Samples, light: Float, looking: NDArray[np.bool_], edge: NDArray[np.bool_], most: int
-) -> Int:
+def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], edge: NDArray[np.bool_], most: int) -> Int:
     """Return the corners that have to look, but not too many: where samples around differ most, and at edges."""
     regions = len(samples.slope)
     low, high = np.full(regions, np.inf), np.zeros(regions)
@@ -228,7 +225,8 @@ def _glance(
     receivers = group_receivers(point, normal, size or group_size(len(which), len(corners.point)))
     count, width = len(which), shown.shape[1]
     scale = float(np.max(shown, initial=0.0)) or 1.0
-    nodes = parted(node_means(scenery.sources, elements.area, shown / scale), scenery.brightness > BRIGHT)
+    means, lamp = node_means(scenery.sources, elements.area, shown / scale), scenery.brightness[:, None] > BRIGHT
+    nodes = np.column_stack((np.where(lamp, means, 0), np.where(lamp, 0, means)))
     parts, row_sums, sights, links, rays = [], [], [], 0, 0
     here = np.add.reduceat(need[which][receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
     for rows in stream_rows(receivers, scenery, detail, workers, here):

@@ -15,7 +15,7 @@ from .probes import groups_shut_in
 from .quality import Detail
 from .rays import SourcePoints
 from .receivers import Receivers, group_receivers, group_size
-from .rows import BRIGHT, Rows, build_rows, stream_rows, tasks
+from .rows import BRIGHT, Rows, build_rows, closed, stream_rows, tasks
 from .samples import Samples
 from .scenery import Scenery
 from .transport import OTHERS, HierarchicalTransport, arrivals
@@ -87,7 +87,7 @@ def linked(
     receivers : Receivers
         Of the samples.
     rows : list of Rows
-        For all groups of receivers, in order.
+        For all groups of receivers, in order; their closed ones take their places.
     detail : Detail
         That they were made with.
 
@@ -114,10 +114,11 @@ def linked(
         total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
     open_ = ~lamp & ~shut[samples.cluster]
     total[open_] *= _evenly(total, open_, scenery, elements, detail)
+    # One by one and in the list, since nowhere is there room for all of them twice.
+    for index, part in enumerate(rows):
+        rows[index] = closed(part, receivers, closure[receivers.index], bright)
     one = np.ones(len(elements))
-    transport = HierarchicalTransport(
-        elements, samples, scenery.sources, receivers, tuple(rows), lamp, bright, closure, total, one, one
-    )
+    transport = HierarchicalTransport(elements, samples, scenery.sources, receivers, tuple(rows), lamp, total, one, one)
     return replace(transport, arrives=arrivals(transport))
 
 

@@ -3,7 +3,7 @@
 
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -230,6 +230,35 @@ def gather(rows: Rows, receivers: Receivers, radiosity: Single) -> Float:
         for k in range(len(count))
     ]
     return np.concatenate(parts).astype(float) if parts else np.zeros((0, radiosity.shape[1]))
+
+
+def closed(rows: Rows, receivers: Receivers, closure: Float, bright: NDArray[np.bool_]) -> Rows:
+    """Return rows whose links to all but bright nodes are multiplied with something.
+
+    Parameters
+    ----------
+    rows : Rows
+    receivers : Receivers
+    closure : ndarray of shape (r,)
+        For each receiver, in their order.
+    bright : ndarray of shape (m,)
+        Which nodes are left as they are.
+
+    Returns
+    -------
+    Rows
+        Closed, they stay as they are when they are closed once more.
+    """
+    factor = closure.astype(np.float32)
+    parts = [
+        (weight * np.where(bright[node][:, None], np.float32(1), factor[run])).ravel()
+        for run, node, weight in rows.blocks(receivers)
+    ]
+    if not parts:
+        return rows
+    run = slice(receivers.first[rows.group[0]], receivers.first[rows.group[-1] + 1])
+    sums = rows.sums * np.column_stack((np.ones(run.stop - run.start), closure[run]))
+    return replace(rows, weight=np.concatenate(parts), sums=sums)
 
 
 def received(rows: Rows, receivers: Receivers, area: Float, nodes: int) -> Float:

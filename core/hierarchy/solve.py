@@ -9,6 +9,7 @@ to place.
 from collections.abc import Generator
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -43,7 +44,8 @@ _STRAIGHT = 8
 _CLOSER = 0.05
 # Changes that single precision tells, relative to all.
 _FINEST = 1e-6
-# Sweeps that tell well enough where the light is, so that energy can be put in balance for the others.
+# Sweeps that tell well enough where the light is, so that energy can be put in balance for the others. Who asks for
+# fewer asks for so many bounces.
 _FIRST = 64
 
 
@@ -171,22 +173,19 @@ def _bounces(
     # Where the light is decides how much of it goes amiss: once by the guess, once by the solution. The first sweep, of
     # what is emitted, is direct light (T6).
     transport = transport.balanced(guess - look.emission)
-    first = yield from gathering(
-        transport, source, rho, iterations=min(iterations, _FIRST), tolerance=tolerance, start=dim, through=through
-    )
+    swept = partial(gathering, emission=source, reflectance=rho, through=through)
+    swept = partial(swept, sweep="accelerated" if iterations >= _FIRST else "jacobi")
+    first = yield from swept(transport, iterations=min(iterations, _FIRST), tolerance=tolerance, start=dim)
     solution = first
     if iterations > 1:
         transport = transport.balanced(first.radiosity)
         # Where no sweeps are left to go on with, all of them are made again: as many bounces as were asked for.
         done = first.iterations if first.iterations < iterations else 0
-        solution = yield from gathering(
+        solution = yield from swept(
             transport,
-            source,
-            rho,
             iterations=iterations - done,
             tolerance=max(_CLOSER * tolerance, min(tolerance, _FINEST)),
             start=first.radiosity if done else dim,
-            through=through,
         )
         converged = solution.residual <= tolerance
         solution = replace(solution, iterations=done + solution.iterations, converged=converged)

@@ -41,10 +41,6 @@ class HierarchicalTransport:
     rows : tuple of Rows
     lamp : ndarray of shape (n,)
         Elements much brighter than is typical.
-    bright : ndarray of shape (m,)
-        Nodes much brighter than is typical; many rays have seen to it that their links are right.
-    closure : ndarray of shape (m,)
-        What each sample's other links are multiplied with, so that in a closed room it adds up to one.
     sums : ndarray of shape (n,)
         Share of its surroundings that each element sees shine; by reciprocity, that of its own light that is received.
     arrives : ndarray of shape (n,)
@@ -59,8 +55,6 @@ class HierarchicalTransport:
     receivers: Receivers
     rows: tuple[Rows, ...]
     lamp: NDArray[np.bool_]
-    bright: NDArray[np.bool_]
-    closure: Float
     sums: Float
     arrives: Float
     balance: Float
@@ -84,8 +78,7 @@ class HierarchicalTransport:
         """Return the irradiance of the elements, shape (n, k), for radiosities of shape (n, k) [W/m^2]."""
         scale = float(np.abs(radiosity).max(initial=0.0)) or 1.0
         nodes = node_means(self.sources, self.area, self.balance[:, None] * radiosity / scale)
-        arriving = closed_sum(_gathered(self.rows, self.receivers, parted(nodes, self.bright)), self.closure)
-        return scale * self.samples.spread(arriving)
+        return scale * self.samples.spread(_gathered(self.rows, self.receivers, nodes))
 
     def sent(self) -> Float:
         """Return which share of each element's light the solver lets others receive, shape (n,)."""
@@ -127,18 +120,6 @@ class HierarchicalTransport:
         return self.sums
 
 
-def parted(nodes: Float, bright: NDArray[np.bool_]) -> Float:
-    """Return the bright nodes' values beside those of the others, shape (m, 2 k)."""
-    return np.column_stack((np.where(bright[:, None], nodes, 0), np.where(bright[:, None], 0, nodes)))
-
-
-def closed_sum(gathered: Float, closure: Float) -> Float:
-    """Add up the light of bright nodes and of the others, put right; shape (n, 2 k) to (n, k)."""
-    k = gathered.shape[1] // 2
-    total: Float = gathered[:, :k] + closure[:, None] * gathered[:, k:]
-    return total
-
-
 def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: Float) -> Float:
     """Return the irradiance of all receivers in the caller's order, from the radiosity of the nodes."""
     single = nodes.astype(np.float32)
@@ -149,12 +130,10 @@ def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: 
 
 def arrivals(transport: HierarchicalTransport) -> Float:
     """Return which share of each element's light is received by way of its links, shape (n,)."""
-    sources, receivers, area = transport.sources, transport.receivers, transport.samples.area
-    plain, closed = area[receivers.index], (area * transport.closure)[receivers.index]
+    sources, area = transport.sources, transport.samples.area[transport.receivers.index]
     nodes = np.zeros(len(sources.area))
     for part in transport.rows:
-        bright = received(part, receivers, plain, len(nodes))
-        nodes += np.where(transport.bright, bright, received(part, receivers, closed, len(nodes)))
+        nodes += received(part, transport.receivers, area, len(nodes))
     return of_leaves(sources, nodes)
 
 
