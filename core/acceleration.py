@@ -32,9 +32,10 @@ class Mixture:
     """
 
     def __init__(self, weight: FloatArray) -> None:
-        self._weight = weight[:, None]
-        self._swept: deque[FloatArray] = deque(maxlen=_DEPTH + 1)
-        self._change: deque[FloatArray] = deque(maxlen=_DEPTH + 1)
+        self._weight = weight
+        self._last: tuple[FloatArray, FloatArray] | None = None
+        self._further: deque[FloatArray] = deque(maxlen=_DEPTH)
+        self._missing: deque[FloatArray] = deque(maxlen=_DEPTH)
 
     def next(self, before: FloatArray, swept: FloatArray) -> FloatArray:
         """Return what to begin the next sweep with, each channel for itself.
@@ -48,15 +49,16 @@ class Mixture:
         -------
         ndarray of shape (n, 3)
         """
-        self._swept.append(swept)
-        self._change.append(swept - before)
-        if len(self._change) < 2:
+        change = (swept - before).T
+        last, self._last = self._last, (swept.T, change)
+        if last is None:
             return swept
-        missing = np.diff(np.stack(self._change), axis=0)
-        weighted = self._weight * missing
-        products = np.einsum("inc,jnc->cij", weighted, missing)
-        least = np.linalg.pinv(products, rcond=_RANK, hermitian=True)
-        share = np.einsum("cij,cj->ic", least, np.einsum("inc,nc->ci", weighted, self._change[-1]))
-        further = np.diff(np.stack(self._swept), axis=0)
-        mixed: FloatArray = swept - np.einsum("ic,inc->nc", share, further)
+        self._further.append(swept.T - last[0])
+        self._missing.append(change - last[1])
+        # Channel by channel, sweep by sweep, patch by patch.
+        further, missing = np.stack(self._further, axis=1), np.stack(self._missing, axis=1)
+        weighted = (self._weight * missing).swapaxes(1, 2)
+        least = np.linalg.pinv(missing @ weighted, rcond=_RANK, hermitian=True)
+        share = change[:, None] @ weighted @ least
+        mixed: FloatArray = swept - (share @ further)[:, 0].T
         return mixed

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from ..form_factors import point_to_polygon
 from .sources import Sources, shown_area
 from .tree import Float, Int
-from .vectors import dots
+from .vectors import dots, picked
 
 Single = NDArray[np.float32]
 
@@ -34,9 +34,9 @@ def far_form_factors(point: Float, normal: Float, sources: Sources, node: Int) -
     wide = sources.wide[node]
     told = np.flatnonzero(wide)
     if len(told):
-        factors[told] = _by_shown_area(point[told], normal[told], sources, node[told])
+        factors[told] = _by_shown_area(picked(point, told), picked(normal, told), sources, node[told])
         told = np.flatnonzero(~wide)
-        factors[told] = _by_points(point[told], normal[told], sources, node[told])
+        factors[told] = _by_points(picked(point, told), picked(normal, told), sources, node[told])
         return factors
     return _by_points(point, normal, sources, node)
 
@@ -47,7 +47,7 @@ def _by_shown_area(point: Float, normal: Float, sources: Sources, node: Int) -> 
     for first in range(0, len(node), _BLOCK):
         part = slice(first, first + _BLOCK)
         s = node[part]
-        to: Single = (sources.centre[s] - point[part]).astype(np.float32)
+        to: Single = (picked(sources.centre, s) - point[part]).astype(np.float32)
         squared = np.maximum(dots(to, to), _TINY)
         distance = np.sqrt(squared)
         shown = shown_area(sources, s, -to / distance[:, None]).astype(np.float32)
@@ -68,8 +68,8 @@ def _by_points(point: Float, normal: Float, sources: Sources, node: Int) -> Sing
         p = np.ascontiguousarray(point[part].T)
         n = np.ascontiguousarray(normal[part].T, dtype=np.float32)
         s = node[part]
-        q = sources.quadrature[s].transpose(1, 2, 0)
-        v = sources.vector[s].transpose(1, 2, 0).astype(np.float32)
+        q = picked(sources.quadrature, s).transpose(1, 2, 0)
+        v = picked(sources.vector, s).transpose(1, 2, 0).astype(np.float32)
         total = np.zeros(p.shape[1], np.float32)
         for k in range(4):
             # The difference in double precision: a scene may lie far from the origin.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .receivers import Receivers
 from .sources import Sources, most_shown_area
 from .tree import Float, Int
-from .vectors import dots
+from .vectors import dots, picked
 
 # A cluster of several walls shines into each direction with its mean. It may if this many times what its parts differ
 # by is no more than other errors.
@@ -130,15 +130,15 @@ def _look(
     apart : ndarray of shape (k,)
         Whether no end of the node is very near.
     """
-    axis, normal = receivers.axis[g], sources.normal[s]
-    half, spread = sources.half[s], receivers.radius[g]
-    apart = sources.middle[s] - receivers.centre[g]
+    axis, normal, at = picked(receivers.axis, g), picked(sources.normal, s), picked(receivers.centre, g)
+    half, spread = picked(sources.half, s), receivers.radius[g]
+    apart = picked(sources.middle, s) - at
     reach = np.sqrt(dots(apart, apart)) + np.sqrt(dots(half, half)) + spread
     # The highest that any point of the node stands above any receiver's horizon.
     height = dots(axis, apart) + dots(np.abs(axis), half)
     height += receivers.depth[g] + receivers.cone[g] * reach
     # The furthest that any receiver stands before the node's plane, in which its centroid lies if it is flat.
-    to = sources.centre[s] - receivers.centre[g]
+    to = picked(sources.centre, s) - at
     flat, before = sources.flat[s], -dots(normal, to)
     front = np.where(flat, before, dots(np.abs(normal), half) - dots(normal, apart))
     cosine = np.abs(dots(axis, normal))

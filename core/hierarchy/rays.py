@@ -11,7 +11,7 @@ from ..visibility import Occluders
 from .nearness import draw_near
 from .sources import Sources
 from .tree import Float, Int
-from .vectors import dots
+from .vectors import dots, picked
 
 _STEP = np.array(PLASTIC)
 # Points that face away are drawn again, so often and so far along in both numbers.
@@ -71,13 +71,15 @@ class SourcePoints:
     def __init__(self, sources: Sources, corners: Float, weight: Float) -> None:
         order = sources.tree.order
         self._sources, self.wide = sources, sources.wide
-        self._corners = corners
+        self._corners, self._normals = np.asfortranarray(corners[order]), picked(sources.normals, order)
         self._triangle = (corners[order, 2] == corners[order, 3]).all(axis=1)
         self._below = np.concatenate(([0.0], np.cumsum(weight[order])))
         a, b, c, d = corners[order].transpose(1, 0, 2)
-        # Everything about an element side by side, in the order of the leaves: one look at memory for each point.
+        # Everything about an element in the order of the leaves.
         bend = np.where(self._triangle[:, None], 0.0, a - b + c - d)
-        self._packed = np.concatenate([a, b - a, d - a, bend, sources.normals[order]], axis=1)
+        self._bent = bool(bend.any())
+        spanned = [a, b - a, d - a, sources.normals[order], *([bend] if self._bent else [])]
+        self._packed = np.asfortranarray(np.concatenate(spanned, axis=1))
 
     def draw(self, node: Int, u: Float, v: Float) -> tuple[Float, Float]:
         """Return a point of each node and the normal there.
@@ -109,9 +111,11 @@ class SourcePoints:
         # A triangle is half a parallelogram: fold the other half back.
         fold = self._triangle[slot] & (u + v > 1)
         u, v = np.where(fold, 1 - u, u)[:, None], np.where(fold, 1 - v, v)[:, None]
-        packed = self._packed[slot]
-        point = packed[:, :3] + u * packed[:, 3:6] + v * packed[:, 6:9] + (u * v) * packed[:, 9:12]
-        return point, packed[:, 12:15]
+        packed = picked(self._packed, slot)
+        point = packed[:, :3] + u * packed[:, 3:6] + v * packed[:, 6:9]
+        if self._bent:
+            point += (u * v) * packed[:, 12:]
+        return point, packed[:, 9:12]
 
     def draw_near(self, point: Float, node: Int, u: Float, v: Float) -> tuple[Int, Float, Float]:
         """Draw points on single elements for receivers close to them.
@@ -133,14 +137,13 @@ class SourcePoints:
         sources = self._sources
         close = np.flatnonzero(sources.tree.child[node] < 0)
         s = node[close]
-        apart = point[close] - sources.centre[s]
+        apart = picked(point, close) - picked(sources.centre, s)
         near = dots(apart, apart) < (_CLOSE * sources.radius[s]) ** 2
-        close, s = close[near], s[near]
-        element = sources.tree.order[sources.tree.start[s]]
+        close, slot = close[near], sources.tree.start[s[near]]
         u, v = u[close], v[close]
-        fold = self._triangle[sources.tree.start[s]] & (u + v > 1)
+        fold = self._triangle[slot] & (u + v > 1)
         u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
-        return close, *draw_near(point[close], u, v, self._corners[element], sources.normals[element])
+        return close, *draw_near(picked(point, close), u, v, picked(self._corners, slot), picked(self._normals, slot))
 
 
 def visible_share(
@@ -205,17 +208,18 @@ def _sampled(
     cast : int
     """
     pair, turn = counted(rays, done)
-    origin, target = np.zeros((len(pair), 3)), np.zeros((len(pair), 3))
+    point, normal = np.asfortranarray(point), np.asfortranarray(normal)
+    origin, target = np.zeros((len(pair), 3), order="F"), np.zeros((len(pair), 3), order="F")
     light = np.zeros(len(pair))
     for first in range(0, len(pair), _BLOCK):
         part = slice(first, first + _BLOCK)
         r, s = receiver[pair[part]], node[pair[part]]
-        origin[part] = point[r]
-        target[part], light[part] = _targets(origin[part], normal[r], r, s, turn[part], targets)
+        origin[part] = picked(point, r)
+        target[part], light[part] = _targets(origin[part], picked(normal, r), r, s, turn[part], targets)
     # What a sample that brings nothing would see does not matter.
     asked = np.flatnonzero(light > 0)
     clear = np.zeros(len(pair), bool)
-    clear[asked] = ~occluders.blocked(origin[asked], target[asked])
+    clear[asked] = ~occluders.blocked(picked(origin, asked), picked(target, asked))
     through = light * clear
     sums = np.zeros((5, len(node)))
     sums[:2] = [np.bincount(pair, part, len(node)) for part in (through, light)]
@@ -231,7 +235,8 @@ def _targets(
 ) -> tuple[Float, Float]:
     """Return points on nodes, and the light that each would bring."""
     # Each receiver begins somewhere else in the sequence, so that the errors of neighbours cancel instead of agreeing.
-    index = turn[:, None] * _STEP + receiver[:, None] * _STEP[::-1] + (node * GOLDEN)[:, None]
+    at = node * GOLDEN
+    index = np.stack([turn * step + receiver * other + at for step, other in zip(_STEP, _STEP[::-1], strict=True)]).T
     target, light = _drawn(origin, normal, node, index, targets)
     # A point that faces away tells nothing of those that do not.
     blind = np.flatnonzero((light == 0) & ~targets.wide[node])
@@ -239,7 +244,9 @@ def _targets(
         if not len(blind):
             break
         index[blind] += _ELSEWHERE
-        target[blind], light[blind] = _drawn(origin[blind], normal[blind], node[blind], index[blind], targets)
+        target[blind], light[blind] = _drawn(
+            picked(origin, blind), picked(normal, blind), node[blind], picked(index, blind), targets
+        )
         blind = blind[light[blind] == 0]
     return target, light
 

@@ -33,7 +33,7 @@ def group_size(looking: int, among: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Receivers:
-    """Points that light is gathered at, sorted by group.
+    """Points that light is gathered at, sorted by group. Vectors lie in Fortran's order, see `vectors`.
 
     Attributes
     ----------
@@ -85,11 +85,11 @@ def group_receivers(point: Float, normal: Float, size: int = GROUP_SIZE) -> Rece
     -------
     Receivers
     """
-    tree = build_tree(point, normal)
+    tree = build_tree(point, normal, most=size)
     nodes = tree.cut(size)
     index = tree.order
     first = np.append(tree.start[nodes], len(index))
-    point, normal = point[index], normal[index]
+    point, normal = np.asfortranarray(point[index]), np.asfortranarray(normal[index])
     count = np.diff(first)
     group = np.repeat(np.arange(len(count)), count)
     begin = first[:-1]
@@ -103,4 +103,5 @@ def group_receivers(point: Float, normal: Float, size: int = GROUP_SIZE) -> Rece
     cosine[cosine > 1 - 1e-9] = 1
     cone = np.where(cosine > 0, np.sqrt(1 - cosine * cosine), 1.0)
     depth = np.maximum.reduceat(np.abs((apart * axis[group]).sum(axis=1)), begin)
-    return Receivers(index, point, normal, first, centre, radius, axis, cone, depth)
+    place, mean = np.asfortranarray(centre), np.asfortranarray(axis)
+    return Receivers(index, point, normal, first, place, radius, mean, cone, depth)

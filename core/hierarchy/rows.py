@@ -18,6 +18,7 @@ from .rays import visible_share
 from .receivers import Receivers
 from .scenery import Scenery
 from .tree import Float, Int
+from .vectors import picked
 
 # Receivers that one task computes, about: enough for NumPy to be busy, few enough to show progress and to be cancelled.
 TASK = 1024
@@ -195,14 +196,12 @@ def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, 
     factors = np.zeros(len(pair), np.float32)
     near = links.near[pair]
     far = np.flatnonzero(~near)
-    factors[far] = far_form_factors(
-        receivers.point[receiver[far]], receivers.normal[receiver[far]], sources, links.node[pair[far]]
-    )
+    point, normal = picked(receivers.point, receiver[far]), picked(receivers.normal, receiver[far])
+    factors[far] = far_form_factors(point, normal, sources, links.node[pair[far]])
     close = np.flatnonzero(near)
     element = sources.tree.order[sources.tree.start[links.node[pair[close]]]]
-    factors[close] = near_form_factors(
-        receivers.point[receiver[close]], receivers.normal[receiver[close]], scenery.corners[element]
-    )
+    point, normal = picked(receivers.point, receiver[close]), picked(receivers.normal, receiver[close])
+    factors[close] = near_form_factors(point, normal, picked(scenery.corners, element))
     return factors
 
 

@@ -82,7 +82,8 @@ def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float
 def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Surroundings) -> Scenery:
     targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
-    return Scenery(sources, elements.corners, brightness, unevenness(sources, brightness), targets, occluders)
+    uneven, corners = unevenness(sources, brightness), np.asfortranarray(elements.corners)
+    return Scenery(sources, corners, brightness, uneven, targets, occluders)
 
 
 def node_means(sources: Sources, area: Float, radiosity: Float) -> Float:

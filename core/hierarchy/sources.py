@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .tree import Float, Int, Tree, build_tree, least_cosine
-from .vectors import dots
+from .vectors import dots, picked
 
 # Relative thickness (variance along the normal over variance in the plane) that still counts as planar.
 _FLAT = 1e-6
@@ -31,7 +31,7 @@ _LEAST_SHOWN = 1 / 4
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """Nodes of a tree over elements, as sources of light.
+    """Nodes of a tree over elements, as sources of light. Vectors lie in Fortran's order, see `vectors`.
 
     Attributes
     ----------
@@ -135,21 +135,21 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
     return Sources(
         tree=tree,
         area=total,
-        normal=mean,
+        normal=np.asfortranarray(mean),
         below=below,
         cone=cone,
         wide=wide,
-        total=vector,
-        spread=spread,
+        total=np.asfortranarray(vector),
+        spread=np.asfortranarray(spread),
         flat=flat,
-        centre=node_centre,
+        centre=np.asfortranarray(node_centre),
         radius=np.sqrt(3 * trace),
-        middle=0.5 * (low + high),
-        half=0.5 * (high - low),
-        quadrature=points,
-        vector=vectors,
+        middle=np.asfortranarray(0.5 * (low + high)),
+        half=np.asfortranarray(0.5 * (high - low)),
+        quadrature=np.asfortranarray(points),
+        vector=np.asfortranarray(vectors),
         facing=np.where(wide, most, facing),
-        normals=normal,
+        normals=np.asfortranarray(normal),
     )
 
 
@@ -181,9 +181,9 @@ def most_shown_area(sources: Sources, node: Int, way: Float) -> Float:
 def _shown_parts(sources: Sources, node: Int, way: Float) -> tuple[Float, Float, Float]:
     """Return the sums over the elements of their area times 1, the cosine to an observer, and its square."""
     x, y, z = way.T
-    xx, yy, zz, xy, yz, zx = sources.spread[node].T
+    xx, yy, zz, xy, yz, zx = picked(sources.spread, node).T
     even = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + yz * y * z + zx * z * x)
-    return sources.area[node], dots(sources.total[node], way), even
+    return sources.area[node], dots(picked(sources.total, node), way), even
 
 
 def _series(factors: tuple[float, float, float], parts: tuple[Float, Float, Float]) -> Float:

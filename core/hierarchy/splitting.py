@@ -6,6 +6,7 @@ import numpy as np
 from ..arrays import FloatArray as Float
 from ..arrays import IntArray as Int
 from ..runs import counted
+from .vectors import dots, picked
 
 # A split that leaves less than this share of a node on one side is replaced by one through the median.
 _LEAST_SHARE = 1 / 8
@@ -47,18 +48,18 @@ def split(order: Int, start: Int, stop: Int, position: Float, normal: Float, sha
     slot = np.arange(size.sum()) - np.repeat(first - start, size)
     element = order[slot]
     # Coordinates relative to each node's middle, so that a plane's offset does not depend on where the origin is.
-    x, n = position[element], normal[element]
+    x, n = picked(position, element), picked(normal, element)
     low, high = np.minimum.reduceat(x, first), np.maximum.reduceat(x, first)
     extent = high - low
     reach = extent.max(axis=1)
     x = x - (0.5 * (low + high))[segment]
-    offset = _OFFSET_WEIGHT * (x * n).sum(axis=1)
-    stops = (_SHADE_WEIGHT * reach)[segment] * shade[element]
-    feature = np.column_stack((x, n * (_NORMAL_WEIGHT * reach)[segment, None], offset, stops))
+    offset, far = _OFFSET_WEIGHT * dots(x, n), reach[segment]
+    stops = _SHADE_WEIGHT * far * shade[element]
+    feature = np.stack((*x.T, *(n.T * (_NORMAL_WEIGHT * far)), offset, stops)).T
     low, high = np.minimum.reduceat(feature, first), np.maximum.reduceat(feature, first)
     axis = (high - low).argmax(axis=1)
     if compact:
-        told = np.column_stack((x, n, offset / _OFFSET_WEIGHT, stops))
+        told = np.stack((*x.T, *n.T, offset / _OFFSET_WEIGHT, stops)).T
         _prefer_place(feature, low, high, axis, first, segment, told)
     value = feature[np.arange(len(segment)), axis[segment]]
     cut = 0.5 * (low + high)[np.arange(len(axis)), axis]
@@ -108,9 +109,10 @@ def _prefer_place(feature: Float, low: Float, high: Float, axis: Int, first: Int
     size = np.diff(np.append(first, len(segment)))[asked]
     which, place = counted(size, first[asked])
     begin = np.cumsum(size) - size
-    x, offset, stops = told[place, :3], told[place, 6], told[place, 7]
-    squares = ((x * x).sum(axis=1), offset * offset, stops * stops)
-    values = np.column_stack((np.ones(len(place)), told[place], *squares))
+    told = picked(told, place)
+    offset, stops = told[:, 6], told[:, 7]
+    squares = (dots(told[:, :3], told[:, :3]), offset * offset, stops * stops)
+    values = np.stack((np.ones(len(place)), *told.T, *squares)).T
     total = np.add.reduceat(values, begin)
     span = (high - low)[asked]
     wide = span[:, :3].argmax(axis=1)

@@ -124,7 +124,9 @@ def least_cosine(tree: Tree, normal: Float, mean: Float) -> Float:
     return bound
 
 
-def build_tree(position: Float, normal: Float, shade: Float | None = None, *, compact: bool = False) -> Tree:
+def build_tree(
+    position: Float, normal: Float, shade: Float | None = None, *, compact: bool = False, most: int = 1
+) -> Tree:
     """Split elements by the longest axis of position, orientation and plane offset until each stands alone.
 
     Parameters
@@ -137,12 +139,15 @@ def build_tree(position: Float, normal: Float, shade: Float | None = None, *, co
         Binary logarithm of how bright each is: what is unevenly lit is parted, too.
     compact : bool
         Keep clusters small rather than of one orientation, where that makes better sources of light.
+    most : int
+        Elements that need not be split any further.
 
     Returns
     -------
     Tree
     """
     n = len(position)
+    position, normal = np.asfortranarray(position), np.asfortranarray(normal)
     shade = np.zeros(n) if shade is None else shade
     order = np.arange(n)
     starts, stops = [np.array([0])], [np.array([n])]
@@ -151,7 +156,7 @@ def build_tree(position: Float, normal: Float, shade: Float | None = None, *, co
     while True:
         start, stop = starts[-1], stops[-1]
         first, last = levels[-1]
-        inner = np.flatnonzero(stop - start > 1)
+        inner = np.flatnonzero(stop - start > most)
         child = np.full(last - first, -1)
         child[inner] = last + 2 * np.arange(len(inner))
         children.append(child)
