@@ -31,7 +31,7 @@ _FULL, _OVERFULL = 1.5, 2.0
 # close by would speak for all of it.
 _MOST_BROUGHT = 8.0
 # A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
-_LARGE, _LARGE_RAYS = 0.05, 4
+_LARGE, _LARGE_RAYS = 0.05, 8
 # What a receiver sees of an element for it to matter which part of it that is.
 _MUCH = 0.04
 # Links that carry less than this share of what would be opened are drawn by lot; what is dark counts as so bright, as a
