@@ -84,7 +84,7 @@ class Look:
             arrives = of_leaves(sources, np.sum(received_by, axis=0))
             share = sums[self.shining] / np.where(arrives > 0, arrives, 1)
             E = E * np.where(arrives > 0, np.clip(share, 1 / BALANCE, BALANCE), 1)[:, None]
-        means = node_means(sources, self.elements.area[self.shining], E).astype(np.float32)
+        means = node_means(sources, self.elements.area[self.shining], E)
         H[order] = np.concatenate([gather(part, self.receivers, means) for part in self.rows])
         return self.samples.spread(H)
 

@@ -200,7 +200,7 @@ def _lamps(
     light, links, rays = np.zeros((len(corners.point), 3)), 0, 0
     if lit.lamps is not None:
         shining = np.flatnonzero(lit.lamp.any(axis=1))
-        means = node_means(lit.lamps.sources, lit.elements.area[shining], lit.lamp[shining]).astype(np.float32)
+        means = node_means(lit.lamps.sources, lit.elements.area[shining], lit.lamp[shining])
         receivers = group_receivers(corners.point, corners.normal)
         for rows in stream_rows(receivers, lit.lamps, detail, workers):
             run = slice(receivers.first[rows.group[0]], receivers.first[rows.group[-1] + 1])
@@ -226,11 +226,11 @@ def _glance(
     count, width = len(which), shown.shape[1]
     scale = float(np.max(shown, initial=0.0)) or 1.0
     means, lamp = node_means(scenery.sources, elements.area, shown / scale), scenery.brightness[:, None] > BRIGHT
-    nodes = np.column_stack((np.where(lamp, means, 0), np.where(lamp, 0, means)))
+    nodes = np.hstack((np.where(lamp, means, 0), np.where(lamp, 0, means)))
     parts, row_sums, sights, links, rays = [], [], [], 0, 0
     here = np.add.reduceat(need[which][receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
     for rows in stream_rows(receivers, scenery, detail, workers, here):
-        parts.append(gather(rows, receivers, nodes.astype(np.float32)))
+        parts.append(gather(rows, receivers, nodes))
         row_sums.append(rows.sums)
         sights.append(large_sights(rows, receivers, scenery.sources.tree))
         links += len(rows.weight)

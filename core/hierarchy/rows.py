@@ -205,15 +205,15 @@ def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, 
     return factors
 
 
-def gather(rows: Rows, receivers: Receivers, radiosity: Single) -> Float:
+def gather(rows: Rows, receivers: Receivers, radiosity: Float) -> Float:
     """Add up the light of every link.
 
     Parameters
     ----------
     rows : Rows
     receivers : Receivers
-    radiosity : ndarray of shape (m, k), float32
-        Of each node [W/m^2].
+    radiosity : ndarray of shape (m, k)
+        Of each node, best in Fortran's order [W/m^2].
 
     Returns
     -------
@@ -221,7 +221,7 @@ def gather(rows: Rows, receivers: Receivers, radiosity: Single) -> Float:
         Irradiance at the receivers of the rows' groups, in their order [W/m^2].
     """
     # All that is looked up at once: what is left for each group is little more than its product.
-    sent = radiosity[rows.node]
+    sent = picked(radiosity, rows.node).astype(np.float32)
     count = np.diff(receivers.first)[rows.group].tolist()
     first, begin = rows.first.tolist(), rows.begin.tolist()
     parts = [

@@ -57,9 +57,10 @@ class Tree:
         -------
         ndarray of shape (m, k)
         """
-        total = np.zeros((len(self.order) + 1, values.shape[1]))
-        np.cumsum(values[self.order], axis=0, out=total[1:])
-        sums: Float = total[self.stop] - total[self.start]
+        # Column by column in memory: each is added up in one go.
+        total = np.zeros((values.shape[1], len(self.order) + 1))
+        np.cumsum(values.T.take(self.order, axis=1), axis=1, out=total[:, 1:])
+        sums: Float = (total.take(self.stop, axis=1) - total.take(self.start, axis=1)).T
         return sums
 
     def extremes(self, lower: Float, upper: Float) -> tuple[Float, Float]:
