@@ -32,7 +32,7 @@ class Stragglers:
 
     def __init__(self, tree: Tree, segments: SingleArray, blocked: BoolArray) -> None:
         self.blocked = blocked
-        self._tree, self._segments = tree, segments
+        self._tree, self.segments = tree, segments
         self._index: list[IntArray] = []
         self._node: list[IntArray] = []
         self._count = 0
@@ -74,7 +74,7 @@ class Stragglers:
         low, high = self._tree.boxes.low, self._tree.boxes.high
         near, far = np.float32(-1.0), np.float32(1.0)
         for axis in range(3):
-            inverse, middle = self._segments[7 + axis].take(index), self._segments[10 + axis].take(index)
+            inverse, middle = self.segments[7 + axis].take(index), self.segments[10 + axis].take(index)
             one, other = low[axis].take(node), high[axis].take(node)
             one *= inverse
             one -= middle
@@ -90,7 +90,7 @@ class Stragglers:
         count = self._tree.boxes.stop[node] - start
         who = np.repeat(index, count)
         which = np.arange(len(who)) + np.repeat(start - np.cumsum(count) + count, count)
-        self.blocked[who[_hit(self._tree.polygons, which, self._segments, who)]] = True
+        self.blocked[who[_hit(self._tree.polygons, which, self.segments, who)]] = True
 
 
 def _last(index: list[IntArray], node: list[IntArray]) -> tuple[IntArray, IntArray]:

@@ -32,6 +32,8 @@ FEWEST = 1024
 WALLS = 8
 # Heights over two planes that differ by no more are heights over one.
 _SAME_PLANE = 0.2 * MARGIN
+# Rows of segments that polygons are asked with come first, then those for boxes.
+SLABS = 7
 # Half lengths below this are parallel to an axis.
 _PARALLEL = 1e-9
 
@@ -96,31 +98,40 @@ class StreamOccluders:
 def _cross(tree: Tree, segments: SingleArray, chosen: IntArray, blocked: BoolArray) -> None:
     """Mark the chosen segments, of all (13, m), that a tree blocks."""
     stragglers = Stragglers(tree, segments, blocked)
-    _descend(tree, 0, segments if len(chosen) == segments.shape[1] else segments[:, chosen], chosen, stragglers)
+    slabs = segments[SLABS:]
+    _descend(tree, 0, slabs if len(chosen) == segments.shape[1] else slabs.take(chosen, axis=1), chosen, stragglers)
     stragglers.finish()
 
 
-def _descend(tree: Tree, number: int, segments: SingleArray, index: IntArray, stragglers: Stragglers) -> None:
-    """Mark the segments that a node blocks; `index` tells where each one stands in `stragglers.blocked`."""
+def _descend(tree: Tree, number: int, slabs: SingleArray, index: IntArray, stragglers: Stragglers) -> None:
+    """Mark the segments that a node blocks.
+
+    Parameters
+    ----------
+    slabs : ndarray of shape (6, m)
+        What boxes are asked with: all that goes down from node to node.
+    index : ndarray of shape (m,)
+        Where each segment stands in `stragglers`.
+    """
     if len(index) < FEWEST:
         stragglers.add(number, index)
         return
     node, blocked = tree.wide(number), stragglers.blocked
     if isinstance(node, Leaf):
-        for part, batch in _batches(segments):
+        for part, batch in _batches(stragglers.segments[:SLABS].take(index, axis=1)):
             hit = _parallelograms_hit(node, batch) | _triangles_hit(node, batch)
             blocked[index[part][hit.reshape(-1)]] = True
         return
-    entered = [_boxes_hit(node, batch).transpose(1, 0, 2) for _, batch in _batches(segments)]
+    entered = [_boxes_hit(node, batch).transpose(1, 0, 2) for _, batch in _batches(slabs)]
     reached = np.concatenate([batch.reshape(len(node.children), -1) for batch in entered], axis=1)
     for child, mask in zip(node.children, reached, strict=True):
         chosen = np.flatnonzero(mask & ~blocked[index])
         if len(chosen):
-            _descend(tree, child, segments.take(chosen, axis=1), index[chosen], stragglers)
+            _descend(tree, child, slabs.take(chosen, axis=1), index[chosen], stragglers)
 
 
 def _batches(segments: SingleArray) -> Iterator[tuple[slice, SingleArray]]:
-    """Yield segments (13, m) in batches of a few chunks (b, 13, w), and what is left of the last chunk by itself."""
+    """Yield segments (k, m) in batches of a few chunks (b, k, w), and what is left of the last chunk by itself."""
     count = segments.shape[1]
     whole = count - count % CHUNK
     for first in [*range(0, whole, BATCH * CHUNK), whole]:
@@ -131,11 +142,11 @@ def _batches(segments: SingleArray) -> Iterator[tuple[slice, SingleArray]]:
             yield part, segments[:, part].reshape(len(segments), chunks, -1).transpose(1, 0, 2)
 
 
-def _boxes_hit(node: Node, segments: SingleArray) -> BoolArray:
+def _boxes_hit(node: Node, slabs: SingleArray) -> BoolArray:
     """Return which of c boxes each segment enters, shape (b, c, w): the slabs of Kay and Kajiya 1986."""
     near, far = np.float32(-1.0), np.float32(1.0)
     for axis in range(3):
-        inverse, middle = segments[:, 7 + axis, None], segments[:, 10 + axis, None]
+        inverse, middle = slabs[:, axis, None], slabs[:, 3 + axis, None]
         one = node.low[:, axis, None] * inverse
         one -= middle
         other = node.high[:, axis, None] * inverse
