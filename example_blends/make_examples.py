@@ -21,7 +21,6 @@ from textured_room import textured_room
 FOLDER = Path(__file__).resolve().parent
 
 
-
 def cornell_box() -> None:
     """Make Cornell's box as it was measured (Cornell University Program of Computer Graphics, "The Cornell Box Data").
 
@@ -130,8 +129,10 @@ def two_rooms() -> None:
     lamp = rectangle((*lamp_low, height), (0, 1, 0), (1, 0, 0), cell)
     add("Lamp", emission("Lamp", (1.0, 0.86, 0.66), 14.0), lamp)
     add(
-        "Door Frame", white,
-        _wall_y(door_low, -inner, inner, lintel, cell, 1.0), _wall_y(door_high, -inner, inner, lintel, cell, -1.0),
+        "Door Frame",
+        white,
+        _wall_y(door_low, -inner, inner, lintel, cell, 1.0),
+        _wall_y(door_high, -inner, inner, lintel, cell, -1.0),
         rectangle((-inner, door_low, lintel), (0, door_high - door_low, 0), (thick, 0, 0), cell),
     )
     add("Door Sill", wood, rectangle((-inner, door_low, 0), (thick, 0, 0), (0, door_high - door_low, 0), cell))
@@ -160,8 +161,12 @@ def _furnish(inner: float, cell: float) -> None:
     green, grey = diffuse("Green Felt", (0.18, 0.42, 0.20)), diffuse("Grey Paint", (0.45, 0.46, 0.48))
     x, z = inner + 1.25, 0.75
     legs = [(x + dx, 1.75 + dy) for dx in (0.0, 1.375) for dy in (0.0, 0.625)]
-    add("Table", oak, *closed_box((x, 1.75, z - 0.0625), (x + 1.5, 2.5, z), cell),
-        *(part for a, b in legs for part in box((a, b, 0.0), (a + 0.125, b + 0.125, z - 0.0625), cell)))
+    add(
+        "Table",
+        oak,
+        *closed_box((x, 1.75, z - 0.0625), (x + 1.5, 2.5, z), cell),
+        *(part for a, b in legs for part in box((a, b, 0.0), (a + 0.125, b + 0.125, z - 0.0625), cell)),
+    )
     add("Cupboard", grey, *box((inner + 3.0, 3.375, 0.0), (inner + 3.875, 4.0, 1.75), cell * 2))
     add("Bench", green, *box((inner + 0.5, 3.25, 0.0), (inner + 2.0, 3.75, 0.4375), cell * 2))
     x = -inner - 3.75

@@ -14,10 +14,11 @@ from ..progress import Progress
 from ..translucence import Translucence, scattered
 from ..visibility import Surroundings
 from .elements import Elements
+from .exchange import stream_rows
 from .linking import MOST_LAMPS, check_memory
 from .quality import Quality
 from .receivers import Receivers, group_receivers
-from .rows import Rows, gather, received, stream_rows
+from .rows import Rows, gather, received
 from .samples import Samples
 from .scenery import Scenery, build_scenery, node_means
 from .transport import BALANCE, of_leaves

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from ..progress import Progress
 from .elements import Elements
+from .exchange import stream_rows
 from .linking import closures
-from .probes import groups_shut_in, points_shut_in
+from .probes import points_shut_in, receivers_shut_in
 from .quality import Detail, Quality
-from .receivers import DirectLight, Receivers, group_receivers, group_size
-from .rows import BRIGHT, gather, stream_rows
+from .receivers import DirectLight, group_receivers, group_size
+from .rows import BRIGHT, gather
 from .samples import Samples, choose_samples
-from .scenery import Scenery, node_means
+from .scenery import node_means
 from .sights import Sights, joined, large_sights, of_all
 from .solve import Lit
 from .tree import Float, Int
@@ -237,7 +238,7 @@ def _glance(
         rays += rows.rays
         yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
     gathered, sums = np.concatenate(parts), np.concatenate(row_sums)
-    closure = closures(sums, _shut(receivers, scenery, elements))
+    closure = closures(sums, receivers_shut_in(receivers, elements.corners, scenery.occluders))
     bright, others = np.zeros((count, width)), np.zeros((count, width))
     bright[receivers.index] = scale * gathered[:, :width]
     others[receivers.index] = scale * closure[:, None] * gathered[:, width:]
@@ -246,8 +247,3 @@ def _glance(
     covered[dark] = points_shut_in(point[dark], normal[dark], elements.corners, scenery.occluders)
     alone[dark] = True
     return Glance(bright, others, covered, alone, joined(sights), links, rays)
-
-
-def _shut(receivers: Receivers, scenery: Scenery, elements: Elements) -> NDArray[np.bool_]:
-    """Return which receivers see no way out, in their order."""
-    return np.repeat(groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first))

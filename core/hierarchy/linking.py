@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from ..progress import Progress
 from .elements import Elements
+from .exchange import build_rows, stream_rows, tasks
 from .foresight import links_memory, refuse_beyond_memory
-from .probes import groups_shut_in
+from .probes import receivers_shut_in
 from .quality import Detail
-from .rays import SourcePoints
 from .receivers import Receivers, group_receivers, group_size
-from .rows import BRIGHT, Rows, build_rows, closed, stream_rows, tasks
+from .rows import BRIGHT, Rows, closed
 from .samples import Samples
 from .scenery import Scenery
+from .source_points import SourcePoints
 from .transport import OTHERS, HierarchicalTransport, arrivals
 from .tree import Float
 
@@ -100,9 +101,7 @@ def linked(
     sums = np.zeros((len(samples), 2))
     sums[receivers.index] = np.concatenate([part.sums for part in rows])
     shut = np.zeros(len(samples), bool)
-    shut[receivers.index] = np.repeat(
-        groups_shut_in(receivers, elements.corners, scenery.occluders), np.diff(receivers.first)
-    )
+    shut[receivers.index] = receivers_shut_in(receivers, elements.corners, scenery.occluders)
     closure = closures(sums, shut)
     total = (sums[:, 0] + closure * sums[:, 1])[samples.cluster]
     tree = scenery.sources.tree

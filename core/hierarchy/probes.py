@@ -14,8 +14,8 @@ from .tree import Float
 _PROBES, _ROUNDS = 96, 8
 
 
-def groups_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Probe groups of receivers, each direction from another one of the group.
+def receivers_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
+    """Probe receivers group by group, each direction from another one of the group.
 
     Parameters
     ----------
@@ -26,17 +26,17 @@ def groups_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -
 
     Returns
     -------
-    ndarray of shape (g,)
-        True where every probe was blocked.
+    ndarray of shape (r,)
+        True for all of a group where every probe was blocked, in the receivers' order.
     """
     count = np.diff(receivers.first)
     turn = np.arange(_PROBES)
     chosen = receivers.first[:-1, None] + turn % np.maximum(count, 1)[:, None]
-    return _shut_in(receivers.point[chosen], receivers.normal[chosen], corners, occluders)
+    return np.repeat(_shut_in(receivers.point[chosen], receivers.normal[chosen], corners, occluders), count)
 
 
 def points_shut_in(point: Float, normal: Float, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Probe single points, shape (k, 3); otherwise as `groups_shut_in`."""
+    """Probe single points, shape (k, 3); otherwise as `receivers_shut_in`."""
     origin, axis = (np.repeat(part[:, None], _PROBES, axis=1) for part in (point, normal))
     return _shut_in(origin, axis, corners, occluders)
 

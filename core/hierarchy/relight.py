@@ -15,10 +15,10 @@ from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
 from ..translucence import piece_translucence, scattered
+from .exchange import build_rows
 from .first_look import typical_irradiance
 from .linking import linked
 from .quality import Detail
-from .rows import build_rows
 from .scenery import relit
 from .solve import Lit, patch_solution
 from .transport import HierarchicalTransport

@@ -2,43 +2,16 @@
 """Rows of the transport: for each group of receivers the nodes it is lit by, with form factor times visible share."""
 
 from collections.abc import Iterator
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..runs import counted
-from ..workers import in_order
-from .kernels import Single, far_form_factors, near_form_factors
-from .links import Links, find_links
-from .lots import draw_lots
-from .quality import Detail
-from .rays import visible_share
+from .kernels import Single
 from .receivers import Receivers
-from .scenery import Scenery
 from .tree import Float, Int
 from .vectors import picked
 
-# Receivers that one task computes, about: enough for NumPy to be busy, few enough to show progress and to be cancelled.
-TASK = 1024
-# ... and how many tasks a small scene is shared out among, at least.
-_TASKS = 8
-# Nobody sees more than all that is around. Links go by the bright parts of nodes and add up to more where those show
-# and the others do not; beyond this, without what rays alone tell, and with it, something is there twice.
-_FULL, _OVERFULL = 1.5, 2.0
-# A wide node brings at most so many times what it would as a body of the area that it shows: a single ray that ends
-# close by would speak for all of it.
-_MOST_BROUGHT = 8.0
-# A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
-_LARGE, _LARGE_RAYS = 0.05, 8
-# What a receiver sees of an element for it to matter which part of it that is.
-_MUCH = 0.04
-# Links that carry less than this share of what would be opened are drawn by lot; what is dark counts as so bright, as a
-# share of a typical irradiance.
-_LOTS, _DIMMEST = 0.25, 0.25
-# Tasks computed ahead of the one that is waited for.
-_AHEAD = 8
 # Nodes this many times as bright as is typical need no putting right.
 BRIGHT = 12.0
 
@@ -86,123 +59,6 @@ class Rows:
             nodes = self.node[self.first[index] : self.first[index + 1]]
             weight = self.weight[self.begin[index] : self.begin[index + 1]]
             yield run, nodes, weight.reshape(len(nodes), run.stop - run.start)
-
-
-def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Detail, need: Float | None = None) -> Rows:
-    """Compute the rows of some groups.
-
-    Parameters
-    ----------
-    receivers : Receivers
-    groups : ndarray of shape (g,)
-        Ascending.
-    scenery : Scenery
-    detail : Detail
-    need : ndarray, optional
-        See `find_links`.
-
-    Returns
-    -------
-    Rows
-    """
-    sources = scenery.sources
-    links = find_links(
-        receivers,
-        groups,
-        sources,
-        scenery.brightness,
-        angle=detail.angle,
-        error=detail.error,
-        uneven=scenery.uneven,
-        need=need,
-    )
-    count = np.diff(receivers.first)[links.group]
-    pair, receiver = counted(count, receivers.first[links.group])
-    weight = _form_factors(receivers, receiver, links, pair, scenery)
-    wanted = np.ones(len(pair), np.float32) if need is None else need[links.group[pair]].astype(np.float32)
-    # Row sums and other light need what is dark as well.
-    bright = np.maximum(scenery.brightness, _DIMMEST).astype(np.float32)[links.node[pair]]
-    lots = draw_lots(weight * bright * wanted / np.float32(_LOTS * detail.error), receiver, links.node[pair])
-    weight *= lots
-    shining = np.flatnonzero(weight > 0)
-    node = links.node[pair[shining]]
-    # Rays go where the light is: a dim far link gets one.
-    carried = weight[shining] * scenery.brightness[node] * wanted[shining]
-    rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
-    rays = np.where(weight[shining] > _LARGE, np.maximum(rays, _LARGE_RAYS), rays)
-    wide = sources.wide[node]
-    large = np.flatnonzero((weight[shining] > _MUCH) & (sources.tree.child[node] < 0))
-    seen = visible_share(
-        receivers.point, receivers.normal, receiver[shining], node, rays, large, scenery.targets, scenery.occluders
-    )
-    told = np.minimum(lots[shining] * sources.area[node] * seen.brought / np.pi, _MOST_BROUGHT * weight[shining])
-    weight[shining] = np.where(wide, told, weight[shining] * seen.share)
-    weight *= _halved(weight, receiver, sources.wide[links.node[pair]])
-    sums = _sums(receivers, groups, receiver[shining], weight[shining], scenery.brightness[node] > BRIGHT)
-    # On a curved surface most of what is close by is behind the horizon of all.
-    kept = np.bincount(pair[weight > 0], minlength=len(count)) > 0
-    much = weight[shining[large]] > _MUCH
-    large, middle = (np.cumsum(kept[pair]) - 1)[shining[large[much]]], seen.middle[much]
-    weight, count, group, node = weight[kept[pair]], count[kept], links.group[kept], links.node[kept]
-    first = np.searchsorted(group, np.append(groups, np.iinfo(np.int64).max))
-    begin = np.concatenate(([0], np.cumsum(count)))[first]
-    return Rows(groups, first, node, begin, weight, sums, large, middle, seen.cast)
-
-
-def _halved(weight: Single, receiver: Int, wide: NDArray[np.bool_]) -> Float:
-    """Return what pairs are multiplied with for what is there twice, such as doubled faces, to count half."""
-    if not len(receiver):
-        return np.ones(0)
-    at = receiver - np.min(receiver)
-    full, sure = np.bincount(at, weight), np.bincount(at, np.where(wide, 0, weight))
-    halved: Float = np.where((sure > _FULL) | (full > _OVERFULL), 1 / np.maximum(full, 1), 1)[at]
-    return halved
-
-
-def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, bright: NDArray[np.bool_]) -> Float:
-    """Add up form factors of pairs for each receiver of groups that follow each other, shape (r, 2)."""
-    if not len(groups):
-        return np.zeros((0, 2))
-    begin, end = receivers.first[groups[0]], receivers.first[groups[-1] + 1]
-    column = 2 * (receiver - begin) + ~bright
-    return np.bincount(column, factor, 2 * (end - begin)).reshape(-1, 2)
-
-
-def tasks(receivers: Receivers) -> Iterator[Int]:
-    """Yield the groups of receivers in parts that one task computes."""
-    count = max(1, len(receivers.index))
-    step = max(1, int(np.clip(count // _TASKS, TASK // 8, TASK)) * len(receivers) // count)
-    for first in range(0, len(receivers), step):
-        yield np.arange(first, min(first + step, len(receivers)))
-
-
-def stream_rows(
-    receivers: Receivers, scenery: Scenery, detail: Detail, workers: Executor, need: Float | None = None
-) -> Iterator[Rows]:
-    """Compute the rows of all groups in tasks, and yield them in order, whoever finishes first.
-
-    Closing the iterator cancels what has not begun.
-    """
-
-    def compute(groups: Int) -> Rows:
-        return build_rows(receivers, groups, scenery, detail, need)
-
-    return in_order(workers, compute, tasks(receivers), _AHEAD)
-
-
-def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, scenery: Scenery) -> Single:
-    """Return the form factor of every pair of a receiver and a node, visibility aside."""
-    sources = scenery.sources
-    factors = np.zeros(len(pair), np.float32)
-    near = links.near[pair]
-    far = np.flatnonzero(~near)
-    point, normal = picked(receivers.point, receiver[far]), picked(receivers.normal, receiver[far])
-    factors[far] = far_form_factors(point, normal, sources, links.node[pair[far]])
-    close = np.flatnonzero(near)
-    element = sources.tree.order[sources.tree.start[links.node[pair[close]]]]
-    point, normal = picked(receivers.point, receiver[close]), picked(receivers.normal, receiver[close])
-    factors[close] = near_form_factors(point, normal, picked(scenery.corners, element))
-    return factors
 
 
 def gather(rows: Rows, receivers: Receivers, radiosity: Float) -> Float:

@@ -8,7 +8,7 @@ import numpy as np
 from ..visibility import Surroundings
 from .elements import Elements
 from .links import unevenness
-from .rays import SourcePoints
+from .source_points import SourcePoints
 from .sources import Sources, build_sources
 from .tree import Float
 

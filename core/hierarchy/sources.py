@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .moments import moments, principal_points
 from .tree import Float, Int, Tree, build_tree, least_cosine
 from .vectors import dots, picked
 
@@ -108,12 +109,12 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
     """
     tree = build_tree(centre, normal, shade, compact=True)
     low, high = tree.extremes(corners.min(axis=1), corners.max(axis=1))
-    total, node_centre, covariance = _moments(tree, corners, centre, area)
+    total, node_centre, covariance = moments(tree, corners, centre, area)
     vector = tree.sums(area[:, None] * normal)
     length = np.sqrt((vector * vector).sum(axis=1))
     mean = vector / np.maximum(length, 1e-300)[:, None]
     cosine = least_cosine(tree, normal, mean)
-    points = _principal_points(node_centre, covariance, mean)
+    points = principal_points(node_centre, covariance, mean)
     trace = np.trace(covariance, axis1=1, axis2=2)
     thickness = np.einsum("mi,mij,mj->m", mean, covariance, mean)
     cone = np.where(cosine > 0, np.sqrt(np.clip(1 - cosine * cosine, 0, 1)), 1.0)
@@ -202,52 +203,3 @@ def _grandchildren(tree: Tree, nodes: Int) -> tuple[Int, Float]:
         share = np.repeat(share * np.where(leaf, 0.5, 1.0), 2, axis=1)
         below = below.reshape(len(nodes), width)
     return below, share
-
-
-def _moments(tree: Tree, corners: Float, centre: Float, area: Float) -> tuple[Float, Float, Float]:
-    """Return area, centroid and covariance of every node, combined from the leaves upwards (parallel axis theorem)."""
-    first = tree.order[tree.start]
-    A, C = area[first], centre[first]
-    # A quad's own second moment, as that of the parallelogram on its mean edges.
-    u = 0.5 * (corners[:, 1] - corners[:, 0] + corners[:, 2] - corners[:, 3])
-    v = 0.5 * (corners[:, 3] - corners[:, 0] + corners[:, 2] - corners[:, 1])
-    own = (_squares(u) + _squares(v)) / 12
-    a, b, c, d = corners.transpose(1, 0, 2)
-    own = np.where((c == d).all(axis=1)[:, None, None], (_squares(b - a) + _squares(c - b) + _squares(a - c)) / 36, own)
-    M = own[first]
-    for begin, end in reversed(tree.levels):
-        inner = begin + np.flatnonzero(tree.child[begin:end] >= 0)
-        left = tree.child[inner]
-        right = left + 1
-        A[inner] = A[left] + A[right]
-        share = (A[right] / A[inner])[:, None]
-        apart = C[right] - C[left]
-        C[inner] = C[left] + share * apart
-        share = share[:, :, None]
-        M[inner] = (1 - share) * M[left] + share * M[right] + share * (1 - share) * apart[:, :, None] * apart[:, None]
-    return A, C, M
-
-
-def _squares(vector: Float) -> Float:
-    """Return each vector times itself, shape (n, 3, 3)."""
-    return vector[:, :, None] * vector[:, None]
-
-
-def _principal_points(centre: Float, covariance: Float, normal: Float) -> Float:
-    """Return the four points at one standard deviation along each node's principal axes in its plane."""
-    # Any frame in the plane will do: the axis least along the normal, made perpendicular.
-    axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
-    t = axis - (axis * normal).sum(axis=1, keepdims=True) * normal
-    t /= np.maximum(np.sqrt((t * t).sum(axis=1, keepdims=True)), 1e-300)
-    b = np.cross(normal, t)
-    tt = np.einsum("mi,mij,mj->m", t, covariance, t)
-    tb = np.einsum("mi,mij,mj->m", t, covariance, b)
-    bb = np.einsum("mi,mij,mj->m", b, covariance, b)
-    angle = 0.5 * np.arctan2(2 * tb, tt - bb)
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    u, v = c * t + s * b, c * b - s * t
-    half, mean = np.hypot(0.5 * (tt - bb), tb), 0.5 * (tt + bb)
-    spread = np.sqrt(np.maximum(np.column_stack((mean + half, mean - half)), 0))
-    u, v = spread[:, :1] * u, spread[:, 1:] * v
-    points: Float = centre[:, None] + np.stack((u + v, u - v, -u - v, v - u), axis=1)
-    return points

@@ -23,9 +23,7 @@ def dome(radius, rows=6):
          np.outer(np.cos(height), np.ones(len(turn)))], axis=-1,
     )  # fmt: skip
     return [
-        np.array([at[i, j], at[i, j + 1], at[i + 1, j + 1], at[i + 1, j]])
-        for i in range(rows)
-        for j in range(2 * rows)
+        np.array([at[i, j], at[i, j + 1], at[i + 1, j + 1], at[i + 1, j]]) for i in range(rows) for j in range(2 * rows)
     ]
 
 

@@ -103,7 +103,7 @@ def test_a_bake_that_is_closed_leaves_nothing_running(scene):
 
 def test_links_that_do_not_fit_are_refused(scene, monkeypatch):
     monkeypatch.setattr("core.hierarchy.foresight.available_memory", lambda: 0)
-    monkeypatch.setattr("core.hierarchy.rows.TASK", 8)
+    monkeypatch.setattr("core.hierarchy.exchange.TASK", 8)
     with pytest.raises(RadiosityError, match="GiB"):
         lit(scene("block", 8))
 

@@ -10,8 +10,9 @@ from core.form_factors import point_to_polygon
 from core.hierarchy.elements import centres
 from core.hierarchy.kernels import far_form_factors, near_form_factors
 from core.hierarchy.links import find_links
-from core.hierarchy.rays import SourcePoints, visible_share
+from core.hierarchy.rays import visible_share
 from core.hierarchy.receivers import group_receivers
+from core.hierarchy.source_points import SourcePoints
 from core.hierarchy.sources import most_shown_area, shown_area
 from core.meshing import mesh
 from core.scene import Scene
@@ -172,9 +173,7 @@ def test_what_faces_an_observer_shows_whatever_else_there_is(seed):
     way = rng.normal(size=3)
     way /= np.linalg.norm(way)
     node = np.arange(len(sources.area))
-    shown = np.array(
-        [(area * np.maximum(normal @ way, 0))[elements_below(sources.tree, one)].sum() for one in node]
-    )
+    shown = np.array([(area * np.maximum(normal @ way, 0))[elements_below(sources.tree, one)].sum() for one in node])
     ways = np.tile(way, (len(node), 1))
     assert (most_shown_area(sources, node, ways) >= shown * (1 - 1e-9)).all()
     assert (shown_area(sources, node, ways) >= 0.25 * shown * (1 - 1e-9)).all()

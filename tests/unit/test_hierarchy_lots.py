@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from core.hierarchy.elements import Elements
+from core.hierarchy.exchange import build_rows
 from core.hierarchy.lots import draw_lots
 from core.hierarchy.quality import Detail
 from core.hierarchy.receivers import group_receivers
-from core.hierarchy.rows import build_rows, gather
+from core.hierarchy.rows import gather
 from core.hierarchy.scenery import build_scenery
 from core.meshing import mesh
 from core.scene import Scene
@@ -47,7 +48,7 @@ def test_lots_keep_the_light_of_clutter(monkeypatch):
     nodes = np.ones((len(scenery.brightness), 1), np.float32)
     light, rays = [], []
     for least in (1e-9, 0.5):
-        monkeypatch.setattr("core.hierarchy.rows._LOTS", least)
+        monkeypatch.setattr("core.hierarchy.exchange._LOTS", least)
         rows = build_rows(receivers, np.arange(len(receivers)), scenery, Detail(0.8, 0.02, 0.03, 8))
         light.append(gather(rows, receivers, nodes).mean())
         rays.append(rows.rays)

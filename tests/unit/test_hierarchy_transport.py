@@ -11,10 +11,11 @@ from core.dense.matrix import dense_transport
 from core.errors import RadiosityError
 from core.hierarchy import foresight as module
 from core.hierarchy.elements import centres, quarters, split_patches
+from core.hierarchy.exchange import build_rows, stream_rows
 from core.hierarchy.linking import closures, hierarchical_transport
 from core.hierarchy.quality import QUALITIES
 from core.hierarchy.receivers import group_receivers
-from core.hierarchy.rows import build_rows, gather, received, stream_rows
+from core.hierarchy.rows import gather, received
 from core.hierarchy.samples import each
 from core.hierarchy.scenery import build_scenery
 from core.meshing import mesh
@@ -175,7 +176,7 @@ def same(a, b):
 
 
 def test_rows_are_the_same_bits_whoever_computes_them(furnished, monkeypatch):
-    monkeypatch.setattr("core.hierarchy.rows.TASK", 16)
+    monkeypatch.setattr("core.hierarchy.exchange.TASK", 16)
     *_, elements, scenery, detail = prepared(furnished(10))
     receivers = group_receivers(elements.centre, elements.normal)
     alone = list(stream_rows(receivers, scenery, detail, AtOnce()))
@@ -186,7 +187,7 @@ def test_rows_are_the_same_bits_whoever_computes_them(furnished, monkeypatch):
 
 
 def test_closing_early_cancels_what_has_not_begun(furnished, monkeypatch):
-    monkeypatch.setattr("core.hierarchy.rows.TASK", 4)
+    monkeypatch.setattr("core.hierarchy.exchange.TASK", 4)
     *_, elements, scenery, detail = prepared(furnished(8))
     workers = Never()
     steps = hierarchical_transport(elements, each(elements), scenery, detail, workers)
@@ -200,7 +201,7 @@ def test_closing_early_cancels_what_has_not_begun(furnished, monkeypatch):
 
 def test_links_that_do_not_fit_are_refused(furnished, monkeypatch):
     monkeypatch.setattr(module, "available_memory", lambda: 0)
-    monkeypatch.setattr("core.hierarchy.rows.TASK", 4)
+    monkeypatch.setattr("core.hierarchy.exchange.TASK", 4)
     *_, elements, scenery, detail = prepared(furnished(8))
     with pytest.raises(RadiosityError, match=r"[\d.]+ GiB of memory, and [\d.]+ GiB are free"):
         exhaust(hierarchical_transport(elements, each(elements), scenery, detail, AtOnce()))
