@@ -126,13 +126,34 @@ def careful_factors(x: Floats, n: Floats, corners: Floats, in_plane: float) -> F
     factors = np.zeros(x.shape[1])
     seen, x = _lift_off_plane(x, n, corners, in_plane)
     x, n, corners = x[:, seen], n[:, seen], corners[:, :, seen]
-    start, end, kept = _clip_at_horizon(n, corners - x[:, None])
+    factors[seen] = _above_horizon(n, corners - x[:, None])
+    return np.clip(factors, 0, 1)
+
+
+def _above_horizon(n: Floats, corners: Floats) -> Floats:
+    """Return Lambert's sums of polygons seen from the origin, shape (3, 4, b), for what is above the horizon.
+
+    Two opposite corners of a quadrilateral that is not quite flat may be above and the others below: rounding does so
+    to coplanar ones. That is two pieces, and no single line closes them: such are taken as two triangles.
+    """
+    above = dot(n[:, None], corners) >= 0
+    split = np.flatnonzero((above != above[[1, 2, 3, 0]]).all(axis=0))
+    factors = _clipped_sums(n, corners)
+    if len(split):
+        n, corners = n[:, split], corners[:, :, split]
+        factors[split] = sum(_clipped_sums(n, corners[:, half]) for half in ([0, 1, 2, 2], [2, 3, 0, 0]))
+    return factors
+
+
+def _clipped_sums(n: Floats, corners: Floats) -> Floats:
+    """Return Lambert's sums of polygons that cross the horizon twice at most, otherwise as `_above_horizon`."""
+    start, end, kept = _clip_at_horizon(n, corners)
     normal = cross(end, start)
     sine = np.sqrt(dot(normal, normal))
     angle = np.where(kept, np.arctan2(sine, dot(start, end)), 0)
     terms = dot(n[:, None], normal) * angle / np.maximum(sine, TINY)
-    factors[seen] = np.clip(terms.sum(axis=0) / (2 * np.pi), 0, 1)
-    return factors
+    sums: Floats = terms.sum(axis=0) / (2 * np.pi)
+    return sums
 
 
 def _clip_at_horizon(n: Floats, a: Floats) -> tuple[Floats, Floats, BoolArray]:

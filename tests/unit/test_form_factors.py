@@ -65,6 +65,15 @@ def test_points_on_edges_and_in_planes_have_their_limits(point, normal, expected
     assert F[0] == pytest.approx(expected, abs=2e-5 if dtype is np.float32 else 1e-6)
 
 
+@pytest.mark.parametrize("bend", [1e-7, 1e-4, 1e-2])
+def test_a_bent_face_beside_the_point_shows_no_more_than_what_stands_out(bend):
+    # Two opposite corners stand above the horizon, two below, as rounding leaves faces that are coplanar.
+    for z in ((-1, 5, -1, 1), (1, -1, 5, -1), (-0.2, 1, -3, 0.5)):
+        bent = np.column_stack(([-0.47, -0.16, -0.16, -0.47], [-0.56, -0.56, -0.19, -0.19], bend * np.array(z)))
+        for polygon in (bent, bent[::-1]):
+            assert factor((0, 0, 0), UP, polygon) <= 5 * bend
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     arrays(float, 3, elements=st.floats(0.001, 0.999)),
