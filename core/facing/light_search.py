@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rays that look for light: paths from what shines, and points on islands of faces that look for those."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
@@ -27,6 +29,31 @@ _SHORT = 1e-3
 _THROUGH = 0.5
 # Cosine below which a point does not see along its surface.
 _GRAZING = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Caught:
+    """What rays from sides meet.
+
+    Attributes
+    ----------
+    node : ndarray of shape (r,)
+        The side that each comes from.
+    group : ndarray of shape (r,)
+        The group that it meets; -1 for none.
+    sides : int
+        How many sides there are.
+    """
+
+    node: IntArray
+    group: IntArray
+    sides: int
+
+    def share(self, chosen: BoolArray) -> FloatArray:
+        """Return which share of each side's rays meets one of the chosen groups, shape (s,)."""
+        met = (self.group >= 0) & chosen[self.group]
+        rays = np.maximum(np.bincount(self.node, minlength=self.sides), 1)
+        return np.asarray(np.bincount(self.node, met, self.sides) / rays)
 
 
 class LightSearch:
@@ -90,14 +117,11 @@ class LightSearch:
                 points = self._bounced(points)
         return reached, alone
 
-    def caught(self, nodes: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return the share of rays from each side, of all, that meet anything, and that meet their own island."""
+    def caught(self, nodes: IntArray) -> Caught:
+        """Send rays from sides, and tell what they meet."""
         points = self._sides.draw(nodes, self._each(nodes), self._rng)
-        face, count = self._met(points)[1], 2 * int(np.max(self._group) + 1)
-        met = face >= 0
-        own = met & (self._group[face] == points.node // 2)
-        rays = np.maximum(np.bincount(points.node, minlength=count), 1)
-        return np.bincount(points.node, met, count) / rays, np.bincount(points.node, own, count) / rays
+        face = self._met(points)[1]
+        return Caught(points.node, np.where(face >= 0, self._group[face], -1), 2 * int(np.max(self._group) + 1))
 
     def _each(self, nodes: IntArray, times: int = 1) -> int:
         """Return how many points each side gets."""

@@ -17,17 +17,17 @@ way round.
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import IntArray
+from ..arrays import BoolArray, IntArray
 from ..meshing import Patches
 from ..scene import AUTO, BACK, BOTH, FRONT, Scene
 from ..visibility import Surroundings
-from .light_search import LightSearch
+from .light_search import Caught, LightSearch
 from .orientation import Orientation
 
 # Times as many points look a second time from fronts, where only the back has light so far.
 _AGAIN = 4
-# Shares of the rays from the inside of a room that are caught, and that the room itself catches, at least.
-_CAUGHT, _CAUGHT_BY_ITSELF = 0.7, 0.3
+# Shares of the rays from the inside of a room that are caught, and that its walls catch, at least.
+_CAUGHT, _CAUGHT_BY_WALLS = 0.7, 0.3
 
 
 def lit_sides(
@@ -80,8 +80,21 @@ def lit_sides(
 
     # Where both are lit, one from which nothing is seen adds nothing to the light elsewhere.
     torn = np.flatnonzero(front & back) * 2
-    caught, own = search.caught(np.sort(np.concatenate([torn, torn + 1])))
-    inside = (caught[1::2] > _CAUGHT) & (own[1::2] > _CAUGHT_BY_ITSELF)
-    back &= ~(front & (caught[1::2] == 0))
-    front &= ~(back & (caught[::2] == 0) & inside)
+    caught = search.caught(np.sort(np.concatenate([torn, torn + 1])))
+    sees = caught.share(np.ones(len(front), dtype=np.bool_))
+    back &= ~(front & (sees[1::2] == 0))
+    front &= ~_hulls(front & back & (sees[::2] == 0) & (sees[1::2] > _CAUGHT), caught)
     return np.where(front & back, BOTH, np.where(back, BACK, FRONT)).astype(np.uint8)
+
+
+def _hulls(hull: BoolArray, caught: Caught) -> BoolArray:
+    """Return which of some groups are the walls of rooms: behind them are others, or more of their own.
+
+    A room may be one island, or a sheet for each wall. A table in the sun is none, though the ground lies behind it: the
+    ground has no room behind itself.
+    """
+    while True:
+        walls = hull & (caught.share(hull)[1::2] > _CAUGHT_BY_WALLS)
+        if (walls == hull).all():
+            return walls
+        hull = walls

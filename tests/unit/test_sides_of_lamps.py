@@ -53,6 +53,25 @@ def test_sun_and_sky_through_a_window(found, box, inward):
     assert found(room, SUN)["Room"] == BOTH
 
 
+def test_a_room_of_a_sheet_for_each_wall_is_lit_inside_though_the_day_is_outside(found, box):
+    room = Things()
+    for index, wall in enumerate(box((4, 4, 3), inward=False)):
+        room.add(f"Wall {index}", [wall])
+    table = [sheet((1, 1, 0.7), (2, 2))]
+    sides = found(room.add("Table", table), bulb((3, 3, 2)), GREY_WORLD)
+    assert sides == {**{f"Wall {index}": BACK for index in range(6)}, "Table": BOTH}
+    # From outside, the walls light the ground.
+    room.add("Ground", [sheet((-9, -9, -1e-3), (18, 18))])
+    assert found(room, bulb((3, 3, 2)), GREY_WORLD)["Wall 2"] == BOTH
+
+
+def test_roofs_over_the_ground_are_no_room(found):
+    roofs = Things().add("Ground", [sheet((-9, -9, 0), (9, 9))])
+    for index, x in enumerate((0, 1)):
+        roofs.add(f"Roof {index}", [sheet((x, 0, 2), (x + 1, 2))])
+    assert found(roofs, SUN, GREY_WORLD) == {"Ground": FRONT, "Roof 0": BOTH, "Roof 1": BOTH}
+
+
 def test_light_that_nothing_blocks_comes_into_a_closed_room(found, box):
     room = Things().add("Room", box((4, 4, 3))).add("Top", [sheet((1, 1, 0.7), (2, 2))])
     bare = SunLamp("Sun", np.full(3, 3.0), np.array([0.6, 0.0, 0.8]), shadows=False)
