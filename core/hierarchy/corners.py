@@ -15,7 +15,7 @@ from ..shading import shown_face_normals, shown_normals, smooth_groups
 from ..visibility import Occluders, Surroundings
 from .elements import Elements
 from .exposed import Shown
-from .filter import ROUNDS, smoothed
+from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
 from .glances import COVERED, Corners, Glance, glances, sparse_glances
 from .meetings import at_edges, exchange, find_meetings
@@ -147,11 +147,12 @@ def final_gather(
     sent = np.column_stack((radiosity, elements.emission))
     need = _need(corners, patches, elements, irradiance, typical)
     few = len(corners.point) <= quality.corners
+    edges = mesh_edges(scene, corners.group)
     if few:
         glance = yield from glances(corners, lit, sent, need, quality, workers)
     else:
-        edge = at_edges(scene, corners)
-        glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, edge, sky)
+        rim = at_edges(scene, corners)
+        glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, sky)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     lamps = _straight(glance, corners, direct, sky if few else None)
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
@@ -160,8 +161,7 @@ def final_gather(
     light = lamps + smoothed(
         glance.others,
         (lamps + glance.others)[:, :3],
-        scene,
-        corners.group,
+        edges,
         covered,
         typical,
         ROUNDS if few else _SPARSE_ROUNDS,

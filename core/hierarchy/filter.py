@@ -21,11 +21,11 @@ _SAME = 0.06
 def smoothed(
     values: Float,
     light: Float,
-    scene: Scene,
-    group: Int,
+    edges: tuple[Int, Int],
     covered: NDArray[np.bool_],
     typical: float,
     rounds: int = ROUNDS,
+    same: float = _SAME,
 ) -> Float:
     """Blend indirect light with that of neighbours along the edges of the mesh.
 
@@ -35,28 +35,28 @@ def smoothed(
         Indirect irradiance at each receiver in the first three columns, and what is to be blended like it [W/m^2].
     light : ndarray of shape (q, 3)
         All of it: what differences are judged by.
-    scene : Scene
-        Its edges tell who is a neighbour.
-    group : ndarray of shape (c,)
-        Receiver of each corner.
+    edges : tuple of two ndarrays of shape (e,)
+        Who is a neighbour of whom, see `mesh_edges`.
     covered : ndarray of shape (q,)
         Receivers that nobody is to learn from.
     typical : float
         Irradiance [W/m^2].
     rounds : int
         How often neighbours are asked.
+    same : float
+        Differences of neighbours that count half.
 
     Returns
     -------
     ndarray of shape (q, k)
     """
-    one, other = _edges(scene, group)
+    one, other = edges
     there = ~(covered[one] | covered[other])
     one, other = one[there], other[there]
     count = len(values)
     grey, level = np.minimum(light.mean(axis=1), typical), values[:, :3].mean(axis=1)
     apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
-    alike = 1 / (1 + np.minimum(np.abs(2 * apart / _SAME), 1e3) ** 4)
+    alike = 1 / (1 + np.minimum(np.abs(2 * apart / same), 1e3) ** 4)
     degree = np.bincount(one, minlength=count) + np.bincount(other, minlength=count)
     # Each gives and takes the same, so that no light is made; half of the way, so that nothing swings.
     share = (0.5 * alike / np.maximum(degree[one], degree[other]))[:, None]
@@ -73,10 +73,25 @@ def smoothed(
     return np.maximum(once + blended(values - once), 0)
 
 
-def _edges(scene: Scene, group: Int) -> tuple[Int, Int]:
-    """Return the pairs of receivers that edges join, each once."""
-    other = group[scene.following_corner]
-    low, high = np.minimum(group, other), np.maximum(group, other)
-    size = int(np.max(group, initial=0)) + 1
+def mesh_edges(scene: Scene, group: Int) -> tuple[Int, Int]:
+    """Return the pairs of receivers that edges join, each once.
+
+    Parameters
+    ----------
+    scene : Scene
+    group : ndarray of shape (c,)
+        Receiver of each of its corners.
+
+    Returns
+    -------
+    one, other : ndarray of shape (e,)
+    """
+    return pairs_once(group, group[scene.following_corner])
+
+
+def pairs_once(one: Int, other: Int) -> tuple[Int, Int]:
+    """Return the pairs of different numbers, each once and the lower number first; shape (k,) to (e,)."""
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    size = int(np.max(high, initial=0)) + 1
     key = np.unique(low[low != high] * size + high[low != high])
     return key // size, key % size

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..progress import Progress
+from .blending import blended
 from .elements import Elements
 from .exchange import stream_rows
 from .linking import closures
@@ -120,15 +121,18 @@ def sparse_glances(
     need: Float,
     quality: Quality,
     workers: Executor,
-    edge: NDArray[np.bool_],
+    rim: NDArray[np.bool_],
+    edges: tuple[Int, Int],
     sky: DirectLight | None = None,
 ) -> Generator[Progress, None, Glance]:
     """Let every corner look at the lamps, and some look at everything for the others; otherwise as `glances`.
 
     Parameters
     ----------
-    edge : ndarray of shape (q,)
-        Corners at edges, where light changes fast: those look themselves, if they are not too many.
+    rim : ndarray of shape (q,)
+        Corners where surfaces meet and light changes fast: those look themselves, if they are not too many.
+    edges : tuple of two ndarrays of shape (e,)
+        Corners that are neighbours on a smooth stretch.
     sky : callable, optional
         Light of the sky, which counts among the others: it changes as slowly as what has bounced.
     """
@@ -140,9 +144,9 @@ def sparse_glances(
     looking[samples.element] = True
     sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers)
     indirect = _without_lamps(sampled) + _from_sky(corners, samples.element, sky)
-    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, edge, quality.corners)
+    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
-    others = np.maximum(samples.spread(indirect), 0)
+    others = blended(samples, indirect, corners.point, corners.normal, edges, sampled.alone)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     if len(closer):
         more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
@@ -182,7 +186,7 @@ def _samples(corners: Corners, lit: Lit, quality: Quality) -> Samples:
     return choose_samples(places, lit.scenery.occluders, quality.corners)
 
 
-def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], edge: NDArray[np.bool_], most: int) -> Int:
+def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], rim: NDArray[np.bool_], most: int) -> Int:
     """Return the corners that have to look, but not too many: where samples around differ most, and at edges."""
     regions = len(samples.slope)
     low, high = np.full(regions, np.inf), np.zeros(regions)
@@ -190,7 +194,7 @@ def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], edge: ND
     begin = np.searchsorted(samples.region[order], np.arange(regions))
     low, high = np.minimum.reduceat(light[order], begin), np.maximum.reduceat(light[order], begin)
     differ = ((high - low) / np.maximum(high + low, 1e-300))[samples.region][samples.cluster]
-    torn = np.flatnonzero(((differ > _DIFFER) | edge) & ~looking)
+    torn = np.flatnonzero(((differ > _DIFFER) | rim) & ~looking)
     return np.sort(torn[np.argsort(-differ[torn], kind="stable")[:most]])
 
 

@@ -85,17 +85,39 @@ class Samples:
         """
         if self.single:
             return values[self.cluster]
+        change, flatter, _ = self._changes(values)
+        spread: Float = values[self.cluster] + flatter[self.cluster] * change
+        return spread
+
+    def trends(self, values: Float) -> Float:
+        """Tell how what arrives changes from place to place within each cluster.
+
+        Parameters
+        ----------
+        values : ndarray of shape (m, k)
+            Not negative.
+
+        Returns
+        -------
+        ndarray of shape (m, 3, k)
+            For each meter along each axis.
+        """
+        _, flatter, gradient = self._changes(values)
+        trends: Float = flatter[:, None] * gradient[self.region]
+        return trends
+
+    def _changes(self, values: Float) -> tuple[Float, Float, Float]:
+        """Return changes within clusters, shape (n, k), what they are held back by (m, k), and regions' gradients."""
         sums = np.zeros((len(self.slope), 3, values.shape[1]))
         for axis in range(3):
             for k in range(values.shape[1]):
                 sums[:, axis, k] = np.bincount(self.region, self.arm[:, axis] * values[:, k], len(self.slope))
-        gradient = (self.slope @ sums)[self.region[self.cluster]]
-        change = np.einsum("ni,nik->nk", self.within, gradient)
+        gradient = self.slope @ sums
+        change = np.einsum("ni,nik->nk", self.within, gradient[self.region[self.cluster]])
         # Nowhere below nothing: a steep trend is flattened for the whole cluster, which keeps its sum.
         lowest = np.minimum.reduceat(change[self.order], self.begin, axis=0)
         flatter = np.minimum(1, _STEEPEST * np.abs(values) / np.maximum(-lowest, 1e-300))
-        spread: Float = values[self.cluster] + flatter[self.cluster] * change
-        return spread
+        return change, flatter, gradient
 
 
 def choose_samples(

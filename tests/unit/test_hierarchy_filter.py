@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from core.hierarchy.filter import smoothed
+from core.hierarchy.filter import mesh_edges, smoothed
 from core.scene import Scene
 
 COUNT = 40
@@ -22,7 +22,7 @@ def filtered(indirect: np.ndarray, lamps: float, typical: float) -> np.ndarray:
     scene, group = strip()
     values = np.repeat(indirect[:, None], 3, axis=1)
     covered = np.zeros(len(indirect), bool)
-    return smoothed(values, values + lamps, scene, group, covered, typical)[:, 0]
+    return smoothed(values, values + lamps, mesh_edges(scene, group), covered, typical)[:, 0]
 
 
 def test_noise_goes_and_no_light_is_made():
