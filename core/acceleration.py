@@ -18,6 +18,8 @@ from .arrays import FloatArray
 
 # Sweeps that are mixed.
 _DEPTH = 5
+# Patches that tell how, about, where there are more.
+_TELLING = 20_000
 # What is left out of the small systems, as a share of their largest value: sweeps that tell nothing new.
 _RANK = 1e-12
 
@@ -32,10 +34,10 @@ class Mixture:
     """
 
     def __init__(self, weight: FloatArray) -> None:
-        self._weight = weight
-        self._last: tuple[FloatArray, FloatArray] | None = None
-        self._further: deque[FloatArray] = deque(maxlen=_DEPTH)
-        self._missing: deque[FloatArray] = deque(maxlen=_DEPTH)
+        self._some = slice(None, None, max(1, len(weight) // _TELLING))
+        self._weight = weight[self._some]
+        self._swept: deque[FloatArray] = deque(maxlen=_DEPTH + 1)
+        self._change: deque[FloatArray] = deque(maxlen=_DEPTH + 1)
 
     def next(self, before: FloatArray, swept: FloatArray) -> FloatArray:
         """Return what to begin the next sweep with, each channel for itself.
@@ -43,22 +45,22 @@ class Mixture:
         Parameters
         ----------
         before, swept : ndarray of shape (n, 3)
-            What the last sweep began with and what it made of that [W/m^2].
+            What the last sweep began with and what it made of that, which is kept [W/m^2].
 
         Returns
         -------
         ndarray of shape (n, 3)
         """
-        change = (swept - before).T
-        last, self._last = self._last, (swept.T, change)
-        if last is None:
+        self._swept.append(swept)
+        self._change.append((swept[self._some] - before[self._some]).T)
+        if len(self._swept) == 1:
             return swept
-        self._further.append(swept.T - last[0])
-        self._missing.append(change - last[1])
         # Channel by channel, sweep by sweep, patch by patch.
-        further, missing = np.stack(self._further, axis=1), np.stack(self._missing, axis=1)
+        change = np.stack(self._change, axis=1)
+        missing = np.diff(change, axis=1)
         weighted = (self._weight * missing).swapaxes(1, 2)
         least = np.linalg.pinv(missing @ weighted, rcond=_RANK, hermitian=True)
-        share = change[:, None] @ weighted @ least
-        mixed: FloatArray = swept - (share @ further)[:, 0].T
-        return mixed
+        share = (change[:, -1:] @ weighted @ least)[:, 0].T
+        # Steps from sweep to sweep, taken back, leave so much of each sweep.
+        parts = np.diff(np.concatenate((np.zeros((1, share.shape[1])), share, np.ones((1, share.shape[1])))), axis=0)
+        return sum((part * sweep for part, sweep in zip(parts, self._swept, strict=True)), np.zeros_like(swept))
