@@ -148,7 +148,7 @@ def seen(lamps: Elements, shut: NDArray[np.bool_], scenery: Scenery, elements: E
         uneven=np.zeros(len(scenery.brightness)),
         targets=SourcePoints(scenery.sources, elements.corners, elements.area),
     )
-    receivers = group_receivers(lamps.centre, lamps.normal)
+    receivers = group_receivers(lamps.centre, lamps.normal, group_size(len(lamps), len(elements)))
     sums = np.zeros((len(lamps), 2))
     for groups in tasks(receivers):
         run = slice(receivers.first[groups[0]], receivers.first[groups[-1] + 1])
