@@ -90,8 +90,8 @@ def lit_sides(
 def _hulls(hull: BoolArray, caught: Caught) -> BoolArray:
     """Return which of some groups are the walls of rooms: behind them are others, or more of their own.
 
-    A room may be one island, or a sheet for each wall. A table in the sun is none, though the ground lies behind it: the
-    ground has no room behind itself.
+    A room may be one island, or a sheet for each wall. A table in the sun is none, though the ground lies behind it:
+    the ground has no room behind itself.
     """
     while True:
         walls = hull & (caught.share(hull)[1::2] > _CAUGHT_BY_WALLS)
