@@ -41,6 +41,8 @@ _MOST_NEED = 6.0
 _DIM = 0.5
 # Weight of hidden elements beside that of exposed ones.
 _LAST_RESORT = 1e-9
+# So many times as many corners as may look all look: with those that look for themselves samples were hardly fewer.
+_HARDLY_MORE = 1.5
 # Rounds of the filter where most corners only learn what arrives at others.
 _SPARSE_ROUNDS = 10
 
@@ -146,7 +148,7 @@ def final_gather(
     # Beside the radiosity what is emitted.
     sent = np.column_stack((radiosity, elements.emission))
     need = _need(corners, patches, elements, irradiance, typical)
-    few = len(corners.point) <= quality.corners
+    few = len(corners.point) <= _HARDLY_MORE * quality.corners
     edges = mesh_edges(scene, corners.group)
     if few:
         glance = yield from glances(corners, lit, sent, need, quality, workers)

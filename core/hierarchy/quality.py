@@ -39,7 +39,7 @@ class Quality:
     samples : int
         Elements that receive indirect light, at most; where there are more, some receive for others.
     corners : int
-        The same for the final gather.
+        The same for the final gather, where there are half as many more.
     direct : Detail
         For light straight from emitters to the elements.
     solve : Detail
