@@ -4,6 +4,7 @@
 from collections.abc import Generator
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from .elements import Elements
 from .exposed import Shown
 from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
-from .glances import COVERED, Corners, Glance, glances, sparse_glances
+from .glances import COVERED, Corners, Glance, from_sky, glances, sparse_glances
 from .meetings import at_edges, exchange, find_meetings
 from .quality import Quality
 from .receivers import SPARSE_SIZE, DirectLight
@@ -43,8 +44,8 @@ _DIM = 0.5
 _LAST_RESORT = 1e-9
 # So many times as many corners as may look all look: with those that look for themselves samples were hardly fewer.
 _HARDLY_MORE = 1.5
-# Rounds of the filter where most corners only learn what arrives at others.
-_SPARSE_ROUNDS = 10
+# Rounds of the filter where most corners only learn what arrives at others, and for the sky: few rays tell each of it.
+_MANY_ROUNDS = 10
 
 
 def corner_receivers(scene: Scene) -> Corners:
@@ -152,22 +153,21 @@ def final_gather(
     edges = mesh_edges(scene, corners.group)
     if few:
         glance = yield from glances(corners, lit, sent, need, quality, workers)
+        above = from_sky(corners, np.arange(len(corners.point)), sky)
     else:
         rim = at_edges(scene, corners)
         glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, sky)
+        above = np.zeros_like(glance.others)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
-    lamps = _straight(glance, corners, direct, sky if few else None)
+    lamps = _straight(glance, corners, direct)
+    arriving = (lamps + glance.others + above)[:, :3]
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
-    dim = known & ~covered & ((lamps + glance.others)[:, :3].sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
+    dim = known & ~covered & (arriving.sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
     covered[dim] = _inside(sides, corners.point[dim], corners.normal[dim], lit.scenery.occluders)
-    light = lamps + smoothed(
-        glance.others,
-        (lamps + glance.others)[:, :3],
-        edges,
-        covered,
-        typical,
-        ROUNDS if few else _SPARSE_ROUNDS,
-    )
+    blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
+    light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS)
+    if above.any():
+        light += blended(above, rounds=_MANY_ROUNDS)
     light = np.where((covered & known)[:, None], around, light)
     close = beside(glance.sights, corners.point, elements)
     # Most corners of a fine mesh have their neighbours' light: what is beside a few of them does not show.

@@ -143,14 +143,14 @@ def sparse_glances(
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
     sampled = yield from _glance(corners, samples.element, lit, known, need, quality.gather, workers)
-    indirect = _without_lamps(sampled) + _from_sky(corners, samples.element, sky)
+    indirect = _without_lamps(sampled) + from_sky(corners, samples.element, sky)
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
     others = blended(samples, indirect, corners.point, corners.normal, edges, sampled.alone)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     if len(closer):
         more = yield from _glance(corners, closer, lit, known, need, quality.gather, workers)
-        others[closer] = _without_lamps(more) + _from_sky(corners, closer, sky)
+        others[closer] = _without_lamps(more) + from_sky(corners, closer, sky)
         covered[closer], alone[closer] = more.covered, more.alone
         sights.append(of_all(more.sights, closer))
         links, rays = links + more.links, rays + more.rays
@@ -164,8 +164,21 @@ def _without_lamps(glance: Glance) -> Float:
     return indirect
 
 
-def _from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
-    """Return the light of the sky at some corners, shape (k, 6) [W/m^2]."""
+def from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
+    """Ask for the light of the sky.
+
+    Parameters
+    ----------
+    corners : Corners
+    which : ndarray of shape (k,)
+        At whom it arrives.
+    sky : callable or None
+
+    Returns
+    -------
+    ndarray of shape (k, 6)
+        Twice, as all light and as what is emitted [W/m^2].
+    """
     if sky is None:
         return np.zeros((len(which), 6))
     return np.tile(sky(corners.point[which], corners.normal[which]), 2)
