@@ -19,6 +19,7 @@ from ..core.shading import corner_angles, vertex_means
 from .color_attributes import ByteLoss, store_colors
 from .destination import Destination
 from .modes import leave_modes_with_own_undo
+from .objects.corner_maps import Carried
 from .objects.targets import Target, require_receivers, stored_in_place
 
 if TYPE_CHECKING:
@@ -132,7 +133,21 @@ def write_attribute(plan: Plan, scene: Scene, corner_radiance: FloatArray) -> li
             colors = vertex_means(colors, weight[target.scene_corner], target.corner_vertex, target.vertex_count)
         store_colors(meshes[target.mesh_uid], plan.destination, colors)
         loss.add(colors)
-    return loss.warnings()
+    return loss.warnings() + _taken_away(plan)
+
+
+def _taken_away(plan: Plan) -> list[str]:
+    """Tell whose modifiers leave nothing of the colors, as Remesh does."""
+    remade = {target.object_name for target in plan.targets if target.carried is Carried.NEAREST}
+    if not remade:
+        return []
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    shown = {obj.name_full: obj.evaluated_get(depsgraph).data for obj in bpy.data.objects if obj.name_full in remade}
+    return [
+        f"Object '{name}': its modifiers take colors away again, so none show; choose Baked Copy"
+        for name, mesh in sorted(shown.items())
+        if isinstance(mesh, bpy.types.Mesh) and plan.destination.attribute not in mesh.attributes
+    ]
 
 
 def _meshes_by_uid() -> dict[int, bpy.types.Mesh]:

@@ -144,6 +144,17 @@ def test_what_was_carried_back_is_told_once_for_each_object(bake, scene, blender
     ]
 
 
+def test_modifiers_that_take_the_colors_away_again_are_told(bake, scene, blender):
+    add_room(scene, material=glowing())
+    for name, kind, chosen in (("Voxels", 'REMESH', {"voxel_size": 0.05}), ("Bevelled", 'BEVEL', {})):
+        modify(add_mesh(scene, name, np.array(CUBE_VERTICES) * 0.2 + 0.3, CUBE_FACES), kind, **chosen)
+    bake()
+    warnings = blender.context.window_manager.radiosity.warnings.splitlines()
+    assert [line for line in warnings if "none show" in line] == [
+        "Object 'Voxels': its modifiers take colors away again, so none show; choose Baked Copy"
+    ]
+
+
 def test_faces_that_modifiers_take_away_or_make_are_told(read, addon, scene, blender):
     gone = add_square(scene, "Gone")
     modify(gone, 'MASK', vertex_group=gone.vertex_groups.new(name="Nothing").name)
