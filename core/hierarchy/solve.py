@@ -40,6 +40,8 @@ _FEW, _COARSELY = 500, 1e-3
 _COARSE = Detail(1.5, 0.2, 0.2, 1)
 # Elements that look for lamps, at most, as a multiple of those that receive indirect light.
 _STRAIGHT = 8
+# ... and that look at the sky.
+_UP = 2
 # The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
 _CLOSER = 0.05
 # Changes that single precision tells, relative to all.
@@ -94,6 +96,7 @@ def solve(
     workers: Executor,
     *,
     direct: DirectLight | None = None,
+    sky: DirectLight | None = None,
     iterations: int = 400,
     tolerance: float = 1e-4,
 ) -> Generator[Progress, None, Lit]:
@@ -106,8 +109,8 @@ def solve(
     quality : Quality
     workers : concurrent.futures.Executor
         Who computes; the result does not depend on it, bit for bit.
-    direct : callable, optional
-        Light of lamps that are no elements.
+    direct, sky : callable, optional
+        Light of lamps that are no elements, and of the sky.
     iterations, tolerance
         Stop rules, see `gathering`.
 
@@ -127,7 +130,11 @@ def solve(
     some = choose_samples(elements, occluders, _STRAIGHT * quality.samples, around)
     H0 = np.zeros_like(elements.emission)
     if direct:
-        H0 = some.spread(direct(elements.centre[some.element], elements.normal[some.element]))
+        H0 += some.spread(direct(elements.centre[some.element], elements.normal[some.element]))
+    if sky:
+        # It changes less from place to place: fewer look at it.
+        fewer = choose_samples(elements, occluders, _UP * quality.samples, around)
+        H0 += fewer.spread(sky(elements.centre[fewer.element], elements.normal[fewer.element]))
     look = yield from first_look(elements, some, H0, occluders, quality, workers)
     # A few samples tell where the light is, and the links are made for that.
     guess, known, typical = ambient_guess(elements, H0, look, through)

@@ -28,7 +28,7 @@ __all__ = ["AreaLamp", "Cone", "Lamp", "PointLamp", "SkyLamp", "SunLamp"]
 __all__ += ["direct_light", "lamp_irradiance", "scene_reach"]
 
 # A sky is as large as the world: it takes more cells along each side than a lamp, and more rays where openings end.
-_SKY_CELLS = 4
+_SKY_CELLS = 3
 _FINER, _SKY_FINER = 3, 4
 # Where much of the sky is seen, and in a rough look, errors are small beside what there is.
 _SKY_WELL, _SKY_ROUGH = 2, 1
@@ -58,7 +58,7 @@ def lamp_irradiance(
         What blocks.
     rays : int
         For each lamp and receiver in the first look; where a lamp is seen in part it is up to nine times as many. The
-        sky takes sixteen times, and up to sixteen times that round the edges of openings.
+        sky takes nine times, and up to sixteen times that round the edges of openings.
     reach : float
         Longest way that anything can be met on [m], see `scene_reach`.
     rough : bool

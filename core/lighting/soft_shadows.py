@@ -22,9 +22,9 @@ _GROUP = 16
 _RAYS = 1 << 18
 # A group that gets more than this share of a lamp's light sees it well: an error of one cell is little of all that.
 _WELL = 0.1
-# Steps from receiver to receiver, and from one ray of a receiver to the next.
+# Steps from receiver to receiver, and from one ray of a receiver to those beside it, across a number and along it.
 _STEP = np.array(PLASTIC)
-_HASH = np.array([GOLDEN, 0.4142135623730951])
+_ACROSS, _ALONG = GOLDEN, 0.4142135623730951
 _TINY = 1e-300
 
 
@@ -115,8 +115,10 @@ def _block(
 
     def cast(who: IntArray, cell: IntArray, within: IntArray, cut: int) -> tuple[FloatArray, BoolArray, FloatArray]:
         """Return of one ray of each receiver into a cell of a cell the light, whether it comes through, and as what."""
-        jitter = (first + who)[:, None] * _STEP + (cell * cut * cut + within)[:, None] * _HASH
-        u, v = (np.stack(np.divmod(cell, side)) + (np.stack(np.divmod(within, cut)) + (jitter % 1).T) / cut) / side
+        place = np.stack(np.divmod(cell, side)) * cut + np.stack(np.divmod(within, cut))
+        # Along an edge that runs through a row or a column of cells, rays lie on both sides of it by turns.
+        jitter = (first + who) * _STEP[:, None] + _ACROSS * place[::-1] + _ALONG * place
+        u, v = (place + jitter % 1) / (side * cut)
         out, length, light = lamp.sample(points[who], normals[who], u, v)
         light = light[:, None] if light.ndim == 1 else light
         clear = np.zeros(len(who), bool)

@@ -58,18 +58,19 @@ def hierarchical(
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))
         lamps = partial(direct_light, scene, settings=settings, occluders=occluders, workers=workers)
-        rough = partial(lamps, rough=True) if scene.lamps else None
-        most, least = settings.iterations, settings.tolerance
-        steps = solve(patches, occluders, quality, workers, direct=rough, iterations=most, tolerance=least)
-        lit = yield from clock.watch(steps)
-
-        corners = corner_receivers(scene)
-        shown = shown_light(lit, patches, corners.group)
         # The sky changes less from place to place than the light of other lamps.
         near = [lamp for lamp in scene.lamps if not isinstance(lamp, SkyLamp)]
         far = [lamp for lamp in scene.lamps if isinstance(lamp, SkyLamp)]
         direct, sky = (partial(lamps, lamps=some) if some else None for some in (near, far))
+        rough = [partial(light, rough=True) if light else None for light in (direct, sky)]
+        most, least = settings.iterations, settings.tolerance
+        steps = solve(
+            patches, occluders, quality, workers, direct=rough[0], sky=rough[1], iterations=most, tolerance=least
+        )
+        lit = yield from clock.watch(steps)
 
+        corners = corner_receivers(scene)
+        shown = shown_light(lit, patches, corners.group)
         lights = partial(final_gather, lit=lit, shown=shown, quality=quality, sides=scene.sides, direct=direct, sky=sky)
 
         def gather(scene: Scene, corners: Corners, patches: Patches) -> Gathering:
