@@ -18,7 +18,7 @@ from .elements import Elements
 from .exposed import Shown
 from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
-from .glances import COVERED, Corners, Glance, from_sky, glances, sparse_glances
+from .glances import COVERED, Corners, Glance, glances
 from .meetings import at_edges, exchange, find_meetings
 from .quality import Quality
 from .receivers import SPARSE_SIZE, DirectLight
@@ -26,6 +26,7 @@ from .scenery import relit
 from .sights import NOTHING, beside
 from .slopes import find_slopes
 from .solve import Lit
+from .sparse_glances import from_sky, sparse_glances
 from .tree import Float, Int
 
 __all__ = ["COVERED", "Corners", "corner_receivers", "final_gather"]
