@@ -192,10 +192,13 @@ def _hidden(elements: Elements, which: Int, sample: Int, occluders: Surroundings
     others = np.flatnonzero(sample != which)
     one, other = elements.centre[which[others]], elements.centre[sample[others]]
     lift = _LIFT * np.sqrt(((one - other) ** 2).sum(axis=1))[:, None]
+    above, over = one + lift * elements.normal[which[others]], other + lift * elements.normal[sample[others]]
+    # Nor may one be shut in below that, as behind a picture on a wall.
     hidden = np.zeros(len(sample), bool)
-    hidden[others] = occluders.blocked(
-        one + lift * elements.normal[which[others]], other + lift * elements.normal[sample[others]]
-    )
+    hidden[others] = occluders.blocked(above, over)
+    for low, high in ((one, above), (other, over)):
+        clear = np.flatnonzero(~hidden[others])
+        hidden[others[clear]] = occluders.blocked(low[clear], high[clear])
     return hidden
 
 

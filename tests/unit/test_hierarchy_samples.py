@@ -10,7 +10,7 @@ from core.bake import bake
 from core.hierarchy import quality as qualities
 from core.hierarchy.elements import split_patches
 from core.hierarchy.receivers import SPARSE_SIZE, group_receivers, group_size
-from core.hierarchy.samples import choose_samples, each
+from core.hierarchy.samples import _hidden, choose_samples, each
 from core.lighting.sky import SkyLamp
 from core.meshing import mesh
 from core.progress import exhaust
@@ -44,6 +44,21 @@ def test_none_speaks_for_the_other_side_of_a_wall(parted):
     samples = choose_samples(elements, occluders, 60)
     beyond = elements.centre[:, 0] + 1e-3 * elements.normal[:, 0] > 0.5
     assert (beyond == beyond[samples.element[samples.cluster]]).all()
+
+
+def test_none_behind_a_picture_speaks_for_the_wall_around_it(box):
+    picture = np.array([(0.01, 0.3, 0.3), (0.01, 0.7, 0.3), (0.01, 0.7, 0.7), (0.01, 0.3, 0.7)])
+    polygons = [*box(), picture, picture[::-1]]
+    scene = Scene.from_polygons(polygons, 0.5, 1.0, divisions=np.full(len(polygons), 10))
+    patches = mesh(scene)
+    occluders = scene_occluders(scene, patches)
+    elements = split_patches(patches, occluders, tolerance=1.0, size=1.0)
+    wall = elements.centre[:, 0] < 1e-6
+    behind = wall & (np.abs(elements.centre[:, 1:] - 0.5) < 0.2).all(axis=1)
+    hid, beside = np.flatnonzero(behind), np.flatnonzero(wall & ~behind)[:1]
+    assert len(hid) == 16
+    assert _hidden(elements, hid, np.repeat(beside, len(hid)), occluders).all()
+    assert not _hidden(elements, beside, beside + 1, occluders).any()
 
 
 def test_what_is_told_keeps_its_sum_and_follows_a_trend(parted):
