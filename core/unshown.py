@@ -21,7 +21,7 @@ _DARK = 0.05
 _SEEN = 0.5
 # Gaps behind a surface narrower than this share of its width are not looked into.
 _ROOM = 0.25
-# Share of an object's area, or light, below which it is not worth a line.
+# Share of an object's area, and of the light that objects have on the mean, below which it is not worth a line.
 _WORTH = 0.1
 # Share of an object's light that its corners may lose or add.
 _MISSED = 0.3
@@ -86,7 +86,7 @@ def light_between_corners(
     -------
     list of str
         A line for each object whose corners show much more or much less light than there is, if it has a good part of
-        all light.
+        what objects have on the mean: a house is little beside the land around it, and is what one looks at.
     """
     shown = (patches.side > 0) | (scene.sides[patches.face] == BACK)
     there = _face_means(scene, patches, irradiance.mean(axis=1), shown)
@@ -98,7 +98,7 @@ def light_between_corners(
     reflected = scene.face_area * scene.reflectance.mean(axis=1)
     power = _sums(scene, reflected * there + scene.face_area * scene.emission.mean(axis=1))
     missed = _sums(scene, reflected * np.abs(seen - there))
-    worth = (missed > _MISSED * power) & (power > _WORTH * power.sum())
+    worth = (missed > _MISSED * power) & (power > _WORTH * power.mean())
     what = (
         "its faces are too large to show the light between their corners (subdivide it, or bake a copy with a patch "
         "size)"
