@@ -33,7 +33,7 @@ def direct(transport, emission, reflectance):
     return np.stack([np.linalg.solve(one - reflectance[:, c, None] * F, emission[:, c]) for c in range(3)], axis=1)
 
 
-@pytest.mark.parametrize("sweep", ["in-place", "jacobi"])
+@pytest.mark.parametrize("sweep", ["in-place", "jacobi", "accelerated"])
 def test_the_solution_is_that_of_the_equations(sweep):
     transport, E, rho = closed_room(200)
     solution = exhaust(gathering(transport, E, rho, tolerance=1e-6, sweep=sweep))
@@ -43,7 +43,7 @@ def test_the_solution_is_that_of_the_equations(sweep):
     np.testing.assert_allclose(solution.radiosity, E + rho * solution.irradiance, rtol=1e-14)
 
 
-@pytest.mark.parametrize("sweep", ["in-place", "jacobi"])
+@pytest.mark.parametrize("sweep", ["in-place", "jacobi", "accelerated"])
 def test_one_iteration_is_direct_light(sweep):
     transport, E, rho = closed_room(50)
     solution = exhaust(gathering(transport, E, rho, iterations=1, sweep=sweep))
@@ -59,6 +59,19 @@ def test_in_place_converges_faster(seed):
         for sweep in ("in-place", "jacobi")
     }
     assert sweeps["in-place"] < 0.8 * sweeps["jacobi"]
+
+
+@pytest.mark.parametrize("telling", [20_000, 50])
+def test_mixed_sweeps_end_in_half_the_time(monkeypatch, telling):
+    # A few patches tell as well as all how sweeps are mixed.
+    monkeypatch.setattr("core.acceleration._TELLING", telling)
+    transport, E, rho = closed_room(300)
+    solutions = [
+        exhaust(gathering(transport, E, rho, tolerance=1e-6, sweep=sweep)) for sweep in ("accelerated", "jacobi")
+    ]
+    mixed, plain = solutions
+    assert mixed.converged and mixed.iterations < 0.5 * plain.iterations
+    np.testing.assert_allclose(mixed.radiosity, direct(transport, E, rho), rtol=1e-5)
 
 
 def test_both_stop_rules():
