@@ -154,11 +154,10 @@ def final_gather(
     edges = mesh_edges(scene, corners.group)
     if few:
         glance = yield from glances(corners, lit, sent, need, quality, workers)
-        above = from_sky(corners, np.arange(len(corners.point)), sky)
     else:
         rim = at_edges(scene, corners)
         glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, sky)
-        above = np.zeros_like(glance.others)
+    above = from_sky(corners, np.arange(len(corners.point)), sky if few else None)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     lamps = _straight(glance, corners, direct)
     arriving = (lamps + glance.others + above)[:, :3]

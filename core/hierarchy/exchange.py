@@ -176,7 +176,6 @@ def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, 
     point, normal = picked(receivers.point, receiver[far]), picked(receivers.normal, receiver[far])
     factors[far] = far_form_factors(point, normal, sources, links.node[pair[far]])
     close = np.flatnonzero(near)
-    element = sources.tree.order[sources.tree.start[links.node[pair[close]]]]
     point, normal = picked(receivers.point, receiver[close]), picked(receivers.normal, receiver[close])
-    factors[close] = near_form_factors(point, normal, picked(scenery.corners, element))
+    factors[close] = near_form_factors(point, normal, scenery.targets.polygons(links.node[pair[close]]))
     return factors

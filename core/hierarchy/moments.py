@@ -4,6 +4,7 @@
 import numpy as np
 
 from .tree import Float, Tree
+from .vectors import across
 
 
 def moments(tree: Tree, corners: Float, centre: Float, area: Float) -> tuple[Float, Float, Float]:
@@ -72,10 +73,8 @@ def principal_points(centre: Float, covariance: Float, normal: Float) -> Float:
     ndarray of shape (m, 4, 3)
         [m].
     """
-    # Any frame in the plane will do: the axis least along the normal, made perpendicular.
-    axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
-    t = axis - (axis * normal).sum(axis=1, keepdims=True) * normal
-    t /= np.maximum(np.sqrt((t * t).sum(axis=1, keepdims=True)), 1e-300)
+    # Any frame in the plane will do.
+    t = across(normal)
     b = np.cross(normal, t)
     tt = np.einsum("mi,mij,mj->m", t, covariance, t)
     tb = np.einsum("mi,mij,mj->m", t, covariance, b)

@@ -8,6 +8,7 @@ from ..sequences import GOLDEN
 from ..visibility import Occluders
 from .receivers import Receivers
 from .tree import Float
+from .vectors import across
 
 # Directions that each is probed in, and in how many rounds. An opening that fills a twentieth of what is seen must not
 # slip through: its light would be made up by that of the walls around it.
@@ -50,9 +51,7 @@ def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -
     # As much as each direction counts, and even round the axis.
     cosine = np.sqrt((np.arange(_PROBES) + 0.5) / _PROBES)
     angle = 2 * np.pi * GOLDEN * np.arange(len(axis) * _PROBES).reshape(-1, _PROBES)
-    side = np.eye(3)[np.abs(axis).argmin(axis=2)]
-    t = side - (side * axis).sum(axis=2, keepdims=True) * axis
-    t /= np.maximum(np.sqrt((t * t).sum(axis=2, keepdims=True)), 1e-300)
+    t = across(axis)
     b = np.cross(axis, t)
     sine = np.sqrt(1 - cosine * cosine)
     way = cosine[:, None] * axis + (sine * np.cos(angle))[:, :, None] * t + (sine * np.sin(angle))[:, :, None] * b

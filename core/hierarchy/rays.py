@@ -108,7 +108,6 @@ def _sampled(
     cast : int
     """
     pair, turn = counted(rays, done)
-    point, normal = np.asfortranarray(point), np.asfortranarray(normal)
     origin, target = np.zeros((len(pair), 3), order="F"), np.zeros((len(pair), 3), order="F")
     light = np.zeros(len(pair))
     for first in range(0, len(pair), _BLOCK):

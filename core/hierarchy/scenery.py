@@ -27,8 +27,6 @@ class Scenery:
     Attributes
     ----------
     sources : Sources
-    corners : ndarray of shape (n, 4, 3)
-        The elements that the sources are made of [m].
     brightness : ndarray of shape (m,)
         Radiosity of each node over a typical irradiance: what is worth following.
     uneven : ndarray of shape (m,)
@@ -38,7 +36,6 @@ class Scenery:
     """
 
     sources: Sources
-    corners: Float
     brightness: Float
     uneven: Float
     targets: SourcePoints
@@ -82,8 +79,7 @@ def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float
 def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Surroundings) -> Scenery:
     targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
-    uneven, corners = unevenness(sources, brightness), np.asfortranarray(elements.corners)
-    return Scenery(sources, corners, brightness, uneven, targets, occluders)
+    return Scenery(sources, brightness, unevenness(sources, brightness), targets, occluders)
 
 
 def node_means(sources: Sources, area: Float, radiosity: Float) -> Float:

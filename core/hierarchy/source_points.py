@@ -35,14 +35,18 @@ class SourcePoints:
         order = sources.tree.order
         self._sources, self.wide = sources, sources.wide
         self._corners, self._normals = np.asfortranarray(corners[order]), picked(sources.normals, order)
-        self._triangle = (corners[order, 2] == corners[order, 3]).all(axis=1)
+        a, b, c, d = self._corners.transpose(1, 0, 2)
+        self._triangle = (c == d).all(axis=1)
         self._below = np.concatenate(([0.0], np.cumsum(weight[order])))
-        a, b, c, d = corners[order].transpose(1, 0, 2)
         # Everything about an element in the order of the leaves.
         bend = np.where(self._triangle[:, None], 0.0, a - b + c - d)
         self._bent = bool(bend.any())
-        spanned = [a, b - a, d - a, sources.normals[order], *([bend] if self._bent else [])]
+        spanned = [a, b - a, d - a, self._normals, *([bend] if self._bent else [])]
         self._packed = np.asfortranarray(np.concatenate(spanned, axis=1))
+
+    def polygons(self, leaf: Int) -> Float:
+        """Return the corners of the elements that leaves are, shape (k, 4, 3) [m]."""
+        return picked(self._corners, self._sources.tree.start[leaf])
 
     def draw(self, node: Int, u: Float, v: Float) -> tuple[Float, Float]:
         """Return a point of each node and the normal there.

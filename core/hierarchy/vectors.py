@@ -29,6 +29,14 @@ def crosses(a: Float, b: Float) -> Float:
     return np.stack([a[:, one] * b[:, other] - a[:, other] * b[:, one] for one, other in turns]).T
 
 
+def across(normal: Float) -> Float:
+    """Return a unit vector square to each of some, shape (..., 3): the axis least along it, made perpendicular."""
+    axis = np.eye(3)[np.abs(normal).argmin(axis=-1)]
+    square = axis - (axis * normal).sum(axis=-1, keepdims=True) * normal
+    unit: Float = square / np.maximum(np.sqrt((square * square).sum(axis=-1, keepdims=True)), 1e-300)
+    return unit
+
+
 def picked(values: Float, which: Int) -> Float:
     """Return some rows of an array in Fortran's order, in the same order, shape (k, ...)."""
     return values.T.take(which, axis=-1).T

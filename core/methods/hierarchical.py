@@ -62,11 +62,9 @@ def hierarchical(
         near = [lamp for lamp in scene.lamps if not isinstance(lamp, SkyLamp)]
         far = [lamp for lamp in scene.lamps if isinstance(lamp, SkyLamp)]
         direct, sky = (partial(lamps, lamps=some) if some else None for some in (near, far))
-        rough = [partial(light, rough=True) if light else None for light in (direct, sky)]
+        roughly, up = (partial(light, rough=True) if light else None for light in (direct, sky))
         most, least = settings.iterations, settings.tolerance
-        steps = solve(
-            patches, occluders, quality, workers, direct=rough[0], sky=rough[1], iterations=most, tolerance=least
-        )
+        steps = solve(patches, occluders, quality, workers, direct=roughly, sky=up, iterations=most, tolerance=least)
         lit = yield from clock.watch(steps)
 
         corners = corner_receivers(scene)
