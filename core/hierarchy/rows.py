@@ -77,7 +77,7 @@ def gather(rows: Rows, receivers: Receivers, radiosity: Float) -> Float:
         Irradiance at the receivers of the rows' groups, in their order [W/m^2].
     """
     # All that is looked up at once: what is left for each group is little more than its product.
-    sent = picked(radiosity, rows.node).astype(np.float32)
+    sent = picked(radiosity, rows.node).astype(np.float32, copy=False)
     count = np.diff(receivers.first)[rows.group].tolist()
     first, begin = rows.first.tolist(), rows.begin.tolist()
     parts = [

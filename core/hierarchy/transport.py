@@ -122,6 +122,8 @@ class HierarchicalTransport:
 
 def _gathered(rows: tuple[Rows, ...] | list[Rows], receivers: Receivers, nodes: Float) -> Float:
     """Return the irradiance of all receivers in the caller's order, from the radiosity of the nodes."""
+    # Shortened before they are looked up: many links share a node.
+    nodes = nodes.astype(np.float32)
     irradiance = np.zeros((len(receivers.index), nodes.shape[1]))
     irradiance[receivers.index] = np.concatenate([gather(part, receivers, nodes) for part in rows])
     return irradiance

@@ -74,6 +74,26 @@ def test_every_sweep_comes_closer(room):
     assert residuals[-1] < 1e-2 * residuals[0]
 
 
+def test_light_that_falls_elsewhere_takes_another_sweep(room):
+    patches, _, lit = room
+    relighting = prepare_relighting(lit)
+    glowing = np.zeros_like(patches.emission)
+    glowing[patches.face == 4] = 20.0
+    for new, sweeps, most in ((changed(patches), 2, 1e-3), (replace(patches, emission=glowing), 3, 4e-3)):
+        found, settled = relight(relighting, new), relight(relighting, new, sweeps=40)
+        assert found.solution.iterations == sweeps
+        area = lit.elements.area
+        assert difference(found.solution.radiosity, settled.solution.radiosity, area) < most
+
+
+def test_colors_that_were_dark_are_relit_as_well(room):
+    patches, _, lit = room
+    dark = replace(lit, solution=replace(lit.solution, radiosity=lit.solution.radiosity * [1, 1, 0]))
+    found = relight(prepare_relighting(dark), patches).solution.radiosity
+    settled = relight(prepare_relighting(lit), patches, sweeps=40).solution.radiosity
+    assert difference(found, settled, lit.elements.area) < 4e-3
+
+
 def test_links_are_refined_only_where_new_light_falls(room):
     patches, _, lit = room
     relighting = prepare_relighting(lit)
