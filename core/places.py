@@ -24,9 +24,11 @@ def places(points: FloatArray) -> IntArray:
     """
     # Minus zero is where zero is.
     bits = (points + 0.0).view(np.uint64).reshape(-1, 3)
-    x, y, z = (bits * _MIXERS).T
-    mixed = x ^ y ^ z
-    mixed ^= mixed >> np.uint64(29)
+    mixed = np.zeros(len(bits), dtype=np.uint64)
+    for coordinate, mixer in zip(bits.T, _MIXERS, strict=True):
+        # Round numbers differ in their upper bits only; products carry upwards, so these come down in between.
+        mixed = (mixed ^ coordinate) * mixer
+        mixed ^= mixed >> np.uint64(32)
     order = np.argsort(mixed, kind="stable")
     begin = np.ones(len(order), dtype=np.bool_)
     begin[1:] = mixed[order][1:] != mixed[order][:-1]

@@ -31,7 +31,7 @@ class Orientation:
     sealed: BoolArray
 
 
-def orientation(scene: Scene) -> Orientation:
+def orientation(scene: Scene, vertex: IntArray | None = None) -> Orientation:
     """Compare all faces with their neighbours.
 
     Parameters
@@ -39,12 +39,14 @@ def orientation(scene: Scene) -> Orientation:
     scene : Scene
         Faces of different objects, and those that are left out, are no neighbours. Edges with more than two faces do
         not tell how these are turned.
+    vertex : ndarray of shape (c,), optional
+        The vertex of each corner: faces with two of them in common are neighbours. Else that of `sewn_vertices`.
 
     Returns
     -------
     Orientation
     """
-    face, one, other, proper = _neighbours(scene)
+    face, one, other, proper = _neighbours(scene, sewn_vertices(scene) if vertex is None else vertex)
     count = len(scene.face_object)
     open_edges = np.bincount(face[proper], minlength=count) - np.bincount(np.append(one[0], other[0]), minlength=count)
     sealed = scene.live & (open_edges == 0)
@@ -64,10 +66,11 @@ def orientation(scene: Scene) -> Orientation:
     return Orientation(turned, sealed & two_sided)
 
 
-def _neighbours(scene: Scene) -> tuple[IntArray, tuple[IntArray, BoolArray], tuple[IntArray, BoolArray], BoolArray]:
+def _neighbours(
+    scene: Scene, start: IntArray
+) -> tuple[IntArray, tuple[IntArray, BoolArray], tuple[IntArray, BoolArray], BoolArray]:
     """Return the face of each corner, both faces at each edge that has two and their directions, and the real edges."""
-    face, start = scene.corner_face, sewn_vertices(scene)
-    end = start[scene.following_corner]
+    face, end = scene.corner_face, start[scene.following_corner]
     proper = scene.live[face] & (start != end)
     edge = np.flatnonzero(proper)
     low, high = np.minimum(start, end)[edge], np.maximum(start, end)[edge]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..arrays import BoolArray, IntArray
 from ..meshing import Patches
+from ..places import places
 from ..scene import AUTO, BACK, BOTH, FRONT, Scene
 from ..visibility import Surroundings
 from .islands import islands
@@ -25,8 +26,8 @@ from .orientation import Orientation, orientation
 
 # More islands than this are taken together, object by object.
 MOST_ISLANDS = 500
-# ... and then of open islands at most so many are looked at one by one; so many times as many points look a second time
-# from sides that seem to be dark where the others have light.
+# ... and then open islands are looked at one by one if they are no more than so many; so many times as many points look
+# a second time from sides that seem to be dark where the others have light.
 _MOST_PARTS, _AGAIN = 4000, 4
 # A side whose every point has a surface this close before it, as a share of the island's size, shines into a gap: of
 # its light at most some four times that share gets out.
@@ -86,11 +87,16 @@ def auto_sides(scene: Scene, patches: Patches, occluders: Surroundings, *, seed:
     if not undecided.any():
         return scene
     part, rng = islands(scene), np.random.default_rng(seed)
-    group = part if np.max(part) < MOST_ISLANDS else scene.face_object
     shape = orientation(scene)
+    group, single = part, np.zeros(0, dtype=np.int64)
+    if np.max(part) >= MOST_ISLANDS:
+        group, single = scene.face_object, np.unique(part[undecided & scene.live & ~shape.sealed])
+    if len(single) > _MOST_PARTS:
+        # Where loose faces meet, they are turned alike, for want of a look at each.
+        shape, single = orientation(scene, places(scene.vertices)[scene.corner_vertex]), single[:0]
     found = lit_sides(scene, patches, group, shape, occluders, rng)[group]
-    if group is not part:
-        found = _of_parts(scene, patches, found, part, shape, occluders, rng)
+    if len(single):
+        found = _of_parts(scene, patches, found, part, 2 * single, shape, occluders, rng)
     # The front of what is turned is where the others have their back.
     own = np.where(shape.turned & (found != BOTH), FRONT + BACK - found, found)
     # Light on one side is on the other, too, and the front shows.
@@ -108,19 +114,16 @@ def _of_parts(
     patches: Patches,
     found: NDArray[np.uint8],
     part: IntArray,
+    nodes: IntArray,
     shape: Orientation,
     occluders: Surroundings,
     rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
-    """Return the sides of faces with the open islands of objects that have several looked at one by one.
+    """Return the sides of faces with some islands, whose fronts are given, looked at one by one.
 
     An object of loose faces that are turned anyhow, as a level of a game, is lit inside only: on the fronts of some of
     its faces and on the backs of others, which would show the dark.
     """
-    open_to_light = (scene.sides == AUTO) & scene.live & ~shape.sealed
-    nodes = 2 * np.unique(part[open_to_light])
-    if not 0 < len(nodes) < _MOST_PARTS:
-        return found
     search = LightSearch(scene, patches, part, shape, occluders, rng)
     lit = search.paths()
     reached, alone = search.look(np.sort(np.concatenate([nodes, nodes + 1])), lit)
@@ -131,8 +134,9 @@ def _of_parts(
     for more in search.look(doubted, lit, _AGAIN):
         bright |= more
     front, back = bright[::2][part], bright[1::2][part]
-    found = np.where(open_to_light & back & ~front, BACK, found)
-    return np.where(open_to_light & front & ~back & (found == BACK), FRONT, found).astype(np.uint8)
+    looked = np.isin(part, nodes // 2)
+    found = np.where(looked & back & ~front, BACK, found)
+    return np.where(looked & front & ~back & (found == BACK), FRONT, found).astype(np.uint8)
 
 
 def _without_gaps(

@@ -67,3 +67,18 @@ def test_loose_faces_that_are_turned_anyhow_are_lit_in_their_room(decide):
     scene = split([*walls, lamp], of=[0] * len(walls) + [1], emission=emission, sides=[AUTO] * (len(walls) + 1))
     assert len(walls) > MOST_ISLANDS
     np.testing.assert_array_equal(decide(scene).sides[:-1], np.where(flipped, BACK, BOTH))
+
+
+def test_very_many_loose_faces_are_turned_as_those_that_they_meet(decide, box):
+    pot = [np.asarray(face) for face in box((0.2, 0.2, 0.2), inward=False)[1:]]
+    places = [(0.3 * (k % 30), 0.3 * (k // 30), 0.0) for k in range(900)]
+    # Every fifth pot has its lid turned: its neighbours at four edges tell.
+    turned = np.array([k % 5 == 0 and side == 0 for k in range(900) for side in range(5)])
+    faces = [face + place for place in places for face in pot]
+    faces = [face[::-1] if turn else face for face, turn in zip(faces, turned, strict=True)]
+    lamp = sheet((0, 0, 3), (9, 9), up=False)
+    emission = np.repeat([0.0] * len(faces) + [10.0], 3).reshape(-1, 3)
+    scene = split([*faces, lamp], of=[0] * len(faces) + [1], emission=emission, sides=[AUTO] * (len(faces) + 1))
+    found = decide(scene)
+    np.testing.assert_array_equal(found.sides[:-1], np.where(turned, BACK, FRONT))
+    assert "180 faces are turned against the neighbors" in found.warnings[-1]
