@@ -209,8 +209,11 @@ def _stale(transport: HierarchicalTransport, index: int, brightness: Float, lit:
 
 def _restricted(values: Float, relighting: Relighting) -> Float:
     """Return the means of elements' values over clusters, shape (n, c) to (k, c)."""
-    sums = relighting.lit.transport.sources.tree.sums(relighting.lit.elements.area[:, None] * values)
-    return sums[relighting.node] / relighting.area[:, None]
+    # Clusters are runs of the tree's order, one after the other.
+    tree = relighting.lit.transport.sources.tree
+    ordered = (relighting.lit.elements.area * values.T).take(tree.order, axis=1)
+    sums: Float = np.add.reduceat(ordered, tree.start[relighting.node], axis=1).T
+    return sums / relighting.area[:, None]
 
 
 def _bounced(matrix: Float, first: Float, reflectance: Float) -> Float:
