@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..progress import Progress
-from ..scene import BACK, FRONT, Scene
+from ..scene import Scene
 from ..shading import shown_face_normals, shown_normals, smooth_groups
-from ..visibility import Occluders, Surroundings
+from ..visibility import Occluders
 from .elements import Elements
 from .exposed import Shown
 from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
 from .glances import COVERED, Corners, Glance, glances
 from .meetings import at_edges, exchange, find_meetings
+from .probes import points_facing_dark
 from .quality import Quality
 from .receivers import SPARSE_SIZE, DirectLight
 from .scenery import relit
@@ -109,7 +110,6 @@ def final_gather(
     quality: Quality,
     workers: Executor,
     *,
-    sides: NDArray[np.uint8],
     direct: DirectLight | None = None,
     sky: DirectLight | None = None,
 ) -> Generator[Progress, None, tuple[Float, Float, int, int]]:
@@ -118,6 +118,7 @@ def final_gather(
     Parameters
     ----------
     scene : Scene
+        All faces, or some of them.
     corners : Corners
         Its corners.
     lit : Lit
@@ -127,8 +128,6 @@ def final_gather(
     patches : Patches
     quality : Quality
     workers : concurrent.futures.Executor
-    sides : ndarray of shape (f,)
-        Which sides of all faces that block have light, see `Scene`; `scene` may be some of those faces.
     direct, sky : callable, optional
         Light of lamps that are no elements, and of the sky.
 
@@ -163,7 +162,7 @@ def final_gather(
     arriving = (lamps + glance.others + above)[:, :3]
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     dim = known & ~covered & (arriving.sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
-    covered[dim] = _inside(sides, corners.point[dim], corners.normal[dim], lit.scenery.occluders)
+    covered[dim] = points_facing_dark(corners.point[dim], corners.normal[dim], lit.sides, lit.scenery.occluders)
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
     light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS)
     if above.any():
@@ -224,12 +223,6 @@ def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Fl
     # Never divided by so little that it overflows.
     need: Float = np.clip(typical / np.maximum(np.maximum(here, typical / _MOST_NEED), 1e-300), 1, _MOST_NEED)
     return need
-
-
-def _inside(sides: NDArray[np.uint8], point: Float, normal: Float, occluders: Surroundings) -> NDArray[np.bool_]:
-    """Return which receivers look at a side without light, as on a shelf where a book stands, shape (k,)."""
-    face, _, front = occluders.nearest(point, normal)
-    return np.asarray((face >= 0) & (sides[face] == np.where(front, BACK, FRONT)))
 
 
 def _around(

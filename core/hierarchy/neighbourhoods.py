@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..visibility import Surroundings
 from .elements import Elements
+from .probes import points_facing_dark
 from .tree import Float, Int, Tree, build_tree, least_cosine
 
 # Normals of a cluster lie within a cone of this cosine; a wider one is taken where that leaves too many clusters.
@@ -72,31 +73,30 @@ class Neighbourhoods:
         return nodes, alike
 
 
-def find_neighbourhoods(elements: Elements, occluders: Surroundings) -> Neighbourhoods:
+def find_neighbourhoods(
+    elements: Elements, occluders: Surroundings, sides: NDArray[np.uint8] | None = None
+) -> Neighbourhoods:
     """Sort elements into a tree that samples are chosen from.
 
     Parameters
     ----------
     elements : Elements
     occluders : Surroundings
-        Tells which elements are under something: those are no one's neighbours.
+        Tells which elements are under something: those are neighbours of each other only.
+    sides : ndarray of shape (f,), optional
+        Which sides of all faces that block have light; their fronts when not given.
 
     Returns
     -------
     Neighbourhoods
     """
-    tree = build_tree(elements.centre, elements.normal, 1e3 * _covered(elements, occluders))
+    covered = points_facing_dark(elements.centre, elements.normal, sides, occluders)
+    tree = build_tree(elements.centre, elements.normal, 1e3 * covered.astype(float))
     low, high = tree.extremes(elements.corners.min(axis=1), elements.corners.max(axis=1))
     vector = tree.sums(elements.area[:, None] * elements.normal)
     mean = vector / np.maximum(np.sqrt((vector * vector).sum(axis=1)), 1e-300)[:, None]
     cosine, thin = least_cosine(tree, elements.normal, mean), _thin(tree, elements, mean)
     return Neighbourhoods(tree, (high - low).max(axis=1), cosine, thin)
-
-
-def _covered(elements: Elements, occluders: Surroundings) -> NDArray[np.float64]:
-    """Return 1 for the elements that look at a back, as what is under a box does, and 0 for the others, shape (n,)."""
-    face, _, front = occluders.nearest(elements.centre, elements.normal)
-    return ((face >= 0) & ~front).astype(float)
 
 
 def _thin(tree: Tree, elements: Elements, mean: Float) -> NDArray[np.bool_]:

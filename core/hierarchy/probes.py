@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Probes: whether any light of a receiver leaves the scene."""
+"""Probes: whether any light of a receiver leaves the scene, or meets what has none."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene import BACK, FRONT
 from ..sequences import GOLDEN
-from ..visibility import Occluders
+from ..visibility import Occluders, Surroundings
 from .receivers import Receivers
 from .tree import Float
 from .vectors import across
@@ -40,6 +41,28 @@ def points_shut_in(point: Float, normal: Float, corners: Float, occluders: Occlu
     """Probe single points, shape (k, 3); otherwise as `receivers_shut_in`."""
     origin, axis = (np.repeat(part[:, None], _PROBES, axis=1) for part in (point, normal))
     return _shut_in(origin, axis, corners, occluders)
+
+
+def points_facing_dark(
+    point: Float, normal: Float, sides: NDArray[np.uint8] | None, occluders: Surroundings
+) -> NDArray[np.bool_]:
+    """Tell which points look at a side without light, as under a box, or on a shelf where a book stands.
+
+    Parameters
+    ----------
+    point, normal : ndarray of shape (k, 3)
+        [m]; unit length.
+    sides : ndarray of shape (f,) or None
+        Which sides of all faces that block have light, see `Scene`; the fronts when None.
+    occluders : Surroundings
+
+    Returns
+    -------
+    ndarray of shape (k,)
+    """
+    face, _, front = occluders.nearest(point, normal)
+    lit = FRONT if sides is None else sides[face]
+    return np.asarray((face >= 0) & (lit == np.where(front, BACK, FRONT)))
 
 
 def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:

@@ -121,7 +121,11 @@ class Samples:
 
 
 def choose_samples(
-    elements: Elements, occluders: Surroundings, most: int, around: Neighbourhoods | None = None
+    elements: Elements,
+    occluders: Surroundings,
+    most: int,
+    around: Neighbourhoods | None = None,
+    sides: NDArray[np.uint8] | None = None,
 ) -> Samples:
     """Cluster elements and choose a sample of each cluster.
 
@@ -133,6 +137,8 @@ def choose_samples(
         Clusters that there may be. With no more elements, each is a cluster.
     around : Neighbourhoods, optional
         Of the elements, where they are known.
+    sides : ndarray of shape (f,), optional
+        As for `find_neighbourhoods`, where those are not known.
 
     Returns
     -------
@@ -141,7 +147,7 @@ def choose_samples(
     n = len(elements)
     if n <= most:
         return each(elements)
-    around = around or find_neighbourhoods(elements, occluders)
+    around = around or find_neighbourhoods(elements, occluders, sides)
     tree = around.tree
     nodes, alike = around.smallest(most)
     cluster = np.zeros(n, np.int64)

@@ -13,6 +13,7 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..gathering import gathering
 from ..meshing import Patches
@@ -73,6 +74,8 @@ class Lit:
         The lamps alone.
     through : Translucence or None
         Which elements have light from their other side.
+    sides : ndarray of shape (f,) or None
+        Which sides of all faces that block have light; the fronts when None.
     rays : int
         Cast up to here.
     """
@@ -86,6 +89,7 @@ class Lit:
     scenery: Scenery
     lamps: Scenery | None
     through: Translucence | None
+    sides: NDArray[np.uint8] | None
     rays: int
 
 
@@ -95,6 +99,7 @@ def solve(
     quality: Quality,
     workers: Executor,
     *,
+    sides: NDArray[np.uint8] | None = None,
     direct: DirectLight | None = None,
     sky: DirectLight | None = None,
     iterations: int = 400,
@@ -109,6 +114,8 @@ def solve(
     quality : Quality
     workers : concurrent.futures.Executor
         Who computes; the result does not depend on it, bit for bit.
+    sides : ndarray of shape (f,), optional
+        Which sides of all faces that block have light, see `Scene`; their fronts when not given.
     direct, sky : callable, optional
         Light of lamps that are no elements, and of the sky.
     iterations, tolerance
@@ -125,7 +132,7 @@ def solve(
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
     through = piece_translucence(elements.corners, elements.patch, patches)
     yield Progress("Elements", 1.0)
-    around = find_neighbourhoods(elements, occluders) if len(elements) > _FEW else None
+    around = find_neighbourhoods(elements, occluders, sides) if len(elements) > _FEW else None
     # That light is only to be passed on: of very many elements some look for those around them.
     some = choose_samples(elements, occluders, _STRAIGHT * quality.samples, around)
     H0 = np.zeros_like(elements.emission)
@@ -153,7 +160,7 @@ def solve(
     scenery = relit(scenery, elements, solution.radiosity, typical)
     straight = look.irradiance(transport.sums)
     rays = look.rays + transport.rays
-    return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, through, rays)
+    return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, through, sides, rays)
 
 
 def _bounces(

@@ -112,7 +112,7 @@ def _samples(corners: Corners, lit: Lit, quality: Quality) -> Samples:
         reflectance=none,
         emission=none,
     )
-    return choose_samples(places, lit.scenery.occluders, quality.corners)
+    return choose_samples(places, lit.scenery.occluders, quality.corners, sides=lit.sides)
 
 
 def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], rim: NDArray[np.bool_], most: int) -> Int:

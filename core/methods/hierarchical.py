@@ -64,12 +64,22 @@ def hierarchical(
         direct, sky = (partial(lamps, lamps=some) if some else None for some in (near, far))
         roughly, up = (partial(light, rough=True) if light else None for light in (direct, sky))
         most, least = settings.iterations, settings.tolerance
-        steps = solve(patches, occluders, quality, workers, direct=roughly, sky=up, iterations=most, tolerance=least)
+        steps = solve(
+            patches,
+            occluders,
+            quality,
+            workers,
+            sides=scene.sides,
+            direct=roughly,
+            sky=up,
+            iterations=most,
+            tolerance=least,
+        )
         lit = yield from clock.watch(steps)
 
         corners = corner_receivers(scene)
         shown = shown_light(lit, patches, corners.group)
-        lights = partial(final_gather, lit=lit, shown=shown, quality=quality, sides=scene.sides, direct=direct, sky=sky)
+        lights = partial(final_gather, lit=lit, shown=shown, quality=quality, direct=direct, sky=sky)
 
         def gather(scene: Scene, corners: Corners, patches: Patches) -> Gathering:
             return clock.watch(lights(scene, corners, patches=patches, workers=workers))
