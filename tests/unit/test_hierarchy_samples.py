@@ -9,12 +9,14 @@ import pytest
 from core.bake import bake
 from core.hierarchy import quality as qualities
 from core.hierarchy.elements import split_patches
+from core.hierarchy.neighbourhoods import find_neighbourhoods
+from core.hierarchy.probes import points_facing_dark
 from core.hierarchy.receivers import SPARSE_SIZE, group_receivers, group_size
 from core.hierarchy.samples import _hidden, choose_samples, each
 from core.lighting.sky import SkyLamp
 from core.meshing import mesh
 from core.progress import exhaust
-from core.scene import Scene
+from core.scene import BACK, FRONT, Scene
 from core.settings import Settings
 from core.visibility import scene_occluders
 
@@ -59,6 +61,41 @@ def test_none_behind_a_picture_speaks_for_the_wall_around_it(box):
     assert len(hid) == 16
     assert _hidden(elements, hid, np.repeat(beside, len(hid)), occluders).all()
     assert not _hidden(elements, beside, beside + 1, occluders).any()
+
+
+def pots_in_a_room(box, inward, parts):
+    """Return pots upside down on the floor of a glowing room whose normals look inwards or outwards, and where."""
+    places = [(0.1 + 0.2 * i, 0.1 + 0.2 * j, 0.0) for i in range(4) for j in range(4)]
+    pots = [face for place in places for face in box((0.1, 0.1, 0.1), place, inward=False)[1:]]
+    polygons, parts = [*box(inward=inward), *pots], np.repeat([20, parts], [6, len(pots)])
+    sides, emission = np.full(len(polygons), FRONT), np.zeros((len(polygons), 3))
+    sides[:6], emission[1] = FRONT if inward else BACK, 1.0
+    return Scene.from_polygons(polygons, 0.5, emission, sides=sides, divisions=parts), np.array(places)
+
+
+@pytest.mark.parametrize("inward", [True, False])
+def test_none_under_a_pot_speaks_for_the_open_floor_whatever_the_normals_of_the_room(box, inward):
+    scene, places = pots_in_a_room(box, inward, 1)
+    patches = mesh(scene)
+    occluders = scene_occluders(scene, patches)
+    elements = split_patches(patches, occluders, tolerance=1.0, size=1.0)
+    floor = (elements.centre[:, 2] == 0) & (elements.normal[:, 2] > 0)
+    middle = elements.centre[:, None, :2] - places[:, :2] - 0.05
+    under = floor & (np.abs(middle) < 0.05).all(axis=2).any(axis=1)
+    assert under.sum() == 64
+    dark = points_facing_dark(elements.centre, elements.normal, scene.sides, occluders)
+    np.testing.assert_array_equal(dark[floor], under[floor])
+    nodes, _ = (around := find_neighbourhoods(elements, occluders, scene.sides)).smallest(100)
+    start, stop = around.tree.start[nodes], around.tree.stop[nodes]
+    for cluster in (around.tree.order[i:j] for i, j in zip(start, stop, strict=True)):
+        assert dark[cluster].all() or not dark[cluster].any()
+
+
+def test_a_cluttered_room_is_as_bright_with_its_normals_outwards(box, monkeypatch):
+    sparse = replace(qualities.QUALITIES["medium"], samples=150, corners=30)
+    monkeypatch.setitem(qualities.QUALITIES, "medium", sparse)
+    light = [exhaust(bake(pots_in_a_room(box, inward, 4)[0], Settings())).corner_radiance for inward in (True, False)]
+    assert light[1].mean() == pytest.approx(light[0].mean(), rel=0.02)
 
 
 def test_what_is_told_keeps_its_sum_and_follows_a_trend(parted):
