@@ -13,6 +13,8 @@ from .tree import Float, Int, Tree, build_tree, least_cosine
 
 # Normals of a cluster lie within a cone of this cosine; a wider one is taken where that leaves too many clusters.
 _LIKE = (0.87, 0.5, -1.0)
+# Times as many clusters as like elements alone ask for, and as there should be, at most.
+_ROOM, _OVER = 1.25, 1.5
 # Halvings of the longest side that is looked for.
 _HALVINGS = 16
 # Standard deviation across a cluster over that along it: what a bend of that cone makes of a sheet, and no more.
@@ -41,11 +43,12 @@ class Neighbourhoods:
     thin: NDArray[np.bool_]
 
     def smallest(self, most: int) -> tuple[Int, NDArray[np.bool_]]:
-        """Choose the nodes of the smallest size that leaves no more than `most`.
+        """Choose the nodes of the smallest size that leaves no more than `most`, or few more.
 
         Parameters
         ----------
         most : int
+            Half as many again where elements look so many ways.
 
         Returns
         -------
@@ -59,13 +62,15 @@ class Neighbourhoods:
             alike = (self.cosine > like) & self.thin if like > 0 else np.ones(len(side), bool)
             small, large = 0.0, float(side[0])
             nodes = tree.cut_where(alike & (side <= large))
+            # Where little things take up all that was asked for, what is wide is still cut.
+            enough = max(most, _ROOM * len(nodes))
             # A little more than was asked for is better than to take a ceiling and a floor for one.
-            if len(nodes) > (1.5 * most if like > 0 else np.inf):
+            if like > 0 and enough > _OVER * most:
                 continue
             for _ in range(_HALVINGS):
                 middle = 0.5 * (small + large)
                 tried = tree.cut_where(alike & (side <= middle))
-                if len(tried) > most:
+                if len(tried) > enough:
                     small = middle
                 else:
                     large, nodes = middle, tried

@@ -19,6 +19,7 @@ from core.progress import exhaust
 from core.scene import BACK, FRONT, Scene
 from core.settings import Settings
 from core.visibility import scene_occluders
+from tests.unit.globes import globe
 
 
 @pytest.fixture
@@ -61,6 +62,21 @@ def test_none_behind_a_picture_speaks_for_the_wall_around_it(box):
     assert len(hid) == 16
     assert _hidden(elements, hid, np.repeat(beside, len(hid)), occluders).all()
     assert not _hidden(elements, beside, beside + 1, occluders).any()
+
+
+def test_a_floor_is_still_cut_where_little_things_take_up_all_clusters():
+    beads = [face for k in range(15) for face in globe(12, 8, 0.1, (k % 5, k // 5, 1.0))]
+    floor = np.array([(0, 0, 0), (8, 0, 0), (8, 5, 0), (0, 5, 0)], float)
+    scene = Scene.from_polygons([floor, *beads], divisions=np.array([20] + [1] * len(beads)))
+    patches = mesh(scene)
+    elements = split_patches(patches, scene_occluders(scene, patches), tolerance=1.0, size=1.0)
+    around = find_neighbourhoods(elements, scene_occluders(scene, patches))
+    _, alike = around.smallest(len(elements))
+    fewest = len(around.tree.cut_where(alike))
+    nodes, _ = around.smallest(fewest)
+    assert fewest < len(nodes) < 1.5 * fewest
+    # The floor is 400 elements that are all alike.
+    assert around.tree.size[nodes].max() < 40
 
 
 def pots_in_a_room(box, inward, parts):
