@@ -46,10 +46,43 @@ def enclosure(scene: Scene, faces: IntArray, shape: Orientation, starts: FloatAr
     Enclosure or None
         None where the shell is open, emits by itself, or does not block all light.
     """
-    lets_through = not (scene.occludes[faces] & scene.shades[faces] & shape.sealed[faces]).all()
-    if lets_through or scene.emission[faces].any() or any(not lamp.shadows for lamp in scene.lamps):
+    if not shape.sealed[faces].all() or not _blocks(scene, faces):
         return None
     triangles = _triangles(scene, faces, shape)
+    outside, inside = _starts(scene, triangles, starts)
+    corner = triangles - triangles.mean(axis=(0, 1))
+    outward = np.einsum("ij,ij->", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) > 0
+    return Enclosure(outside, inside) if outward else Enclosure(inside, outside)
+
+
+def keeps_dark(scene: Scene, faces: IntArray, shape: Orientation, starts: FloatArray) -> bool:
+    """Tell whether a shell has no light in it but what comes through its slits.
+
+    Parameters
+    ----------
+    scene : Scene
+    faces : ndarray of shape (k,)
+        All faces of a shell that is closed, or nearly.
+    shape : Orientation
+        Of the scene.
+    starts : ndarray of shape (n, 3)
+        Points just before what emits [m].
+
+    Returns
+    -------
+    bool
+    """
+    return _blocks(scene, faces) and not _starts(scene, _triangles(scene, faces, shape), starts)[1]
+
+
+def _blocks(scene: Scene, faces: IntArray) -> bool:
+    """Return whether faces block all light and have none of their own."""
+    whole = bool((scene.occludes[faces] & scene.shades[faces]).all()) and all(lamp.shadows for lamp in scene.lamps)
+    return whole and not scene.emission[faces].any()
+
+
+def _starts(scene: Scene, triangles: FloatArray, starts: FloatArray) -> tuple[bool, bool]:
+    """Return whether light starts outside a shell, and whether any does inside."""
     far = [lamp for lamp in scene.lamps if isinstance(lamp, SunLamp | SkyLamp)]
     near = [lamp.centre for lamp in scene.lamps if not isinstance(lamp, SunLamp | SkyLamp)]
     points = np.concatenate([np.reshape(near, (-1, 3)), starts])
@@ -63,9 +96,7 @@ def enclosure(scene: Scene, faces: IntArray, shape: Orientation, starts: FloatAr
         within = _within(points[first : first + step], triangles)
         inside, outside = inside or bool(within.any()), outside or not within.all()
         first, step = first + step, max(1, _PAIRS // len(triangles))
-    corner = triangles - triangles.mean(axis=(0, 1))
-    outward = np.einsum("ij,ij->", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) > 0
-    return Enclosure(outside, inside) if outward else Enclosure(inside, outside)
+    return outside, inside
 
 
 def _triangles(scene: Scene, faces: IntArray, shape: Orientation) -> FloatArray:

@@ -10,7 +10,7 @@ from ..lighting.lamps import SkyLamp, scene_reach
 from ..meshing import Patches
 from ..scene import AUTO, BACK, FRONT, Scene
 from ..visibility import Surroundings, sky_occluders
-from .enclosures import Enclosure, enclosure
+from .enclosures import Enclosure, enclosure, keeps_dark
 from .orientation import Orientation
 from .side_points import PatchSides, SidePoints, joined
 
@@ -21,6 +21,9 @@ BOUNCES = 5
 LOOKS = 1024
 LOOK_BOUNCES = 3
 FEWEST, MOST = 4, 48
+# Share of the rays from within a body with slits that meet it, at least, as many rays as tell that, and the share among
+# the few that are cast first. What has more of its area than so in one direction may be a room, whose inside matters.
+SHUT, SHUT_RAYS, SHUT_FEW, FLOOR = 0.95, 4096, 0.85, 0.1
 # Lit points among which the one that faces a point best is asked for.
 _CANDIDATES = 48
 # A path turns this share of its way before the surface it hits: where it has been, it is in no other surface.
@@ -117,9 +120,34 @@ class LightSearch:
                 points = self._bounced(points)
         return reached, alone
 
-    def caught(self, nodes: IntArray) -> Caught:
-        """Send rays from sides, and tell what they meet."""
-        points = self._sides.draw(nodes, self._each(nodes), self._rng)
+    def dark_hollows(self, caught: Caught) -> BoolArray:
+        """Return which sides, of all, see hardly anything but their own rounded object, in which no light starts.
+
+        So are the insides of a head with slits round its eyes, whichever way its faces are turned.
+        """
+        scene, within = self._scene, np.zeros(caught.sides, dtype=np.bool_)
+        owner = np.zeros(caught.sides // 2, dtype=np.int64)
+        owner[self._group] = scene.face_object
+
+        def at_home(caught: Caught, least: float) -> IntArray:
+            home = (caught.group >= 0) & (owner[caught.group] == owner[caught.node // 2])
+            rays = np.bincount(caught.node, minlength=caught.sides)
+            return np.flatnonzero((rays > 0) & (np.bincount(caught.node, home, caught.sides) >= least * rays))
+
+        nodes = at_home(caught, SHUT_FEW)
+        if len(nodes):
+            within[at_home(self.caught(nodes, SHUT_RAYS), SHUT)] = True
+        # A shell has two sides: what sees itself from both is a heap of leaves.
+        within &= ~within.reshape(-1, 2).all(axis=1).repeat(2)
+        for index in np.unique(owner[np.flatnonzero(within) // 2]):
+            faces = np.flatnonzero(scene.face_object == index)
+            if _flattest(scene, faces) > FLOOR or not keeps_dark(scene, faces, self._shape, self._starts.place):
+                within[(owner == index).repeat(2)] = False
+        return within
+
+    def caught(self, nodes: IntArray, each: int = 0) -> Caught:
+        """Send rays from sides, so many from each or as many as are due, and tell what they meet."""
+        points = self._sides.draw(nodes, each or self._each(nodes), self._rng)
         face = self._met(points)[1]
         return Caught(points.node, np.where(face >= 0, self._group[face], -1), 2 * int(np.max(self._group) + 1))
 
@@ -189,3 +217,13 @@ class LightSearch:
             node,
             points.alone[hit] & (self._group[face] == node // 2),
         )
+
+
+def _flattest(scene: Scene, faces: IntArray) -> float:
+    """Return the largest share of the area of some faces that lies in about one plane's direction."""
+    area = scene.face_area[faces]
+    steps = np.rint(8.0 * scene.face_normal[faces]).astype(np.int64) + 8
+    # A floor whose faces are turned anyhow is one floor.
+    code = steps @ (289, 17, 1)
+    code = np.minimum(code, 16 * 307 - code)
+    return float(np.max(np.bincount(code, area), initial=0.0) / max(float(area.sum()), 1e-300))

@@ -8,7 +8,8 @@ is bidirectional path tracing (Lafortune, Willems 1993; Veach, Guibas 1995), ask
 What is wanted is the geometry of the light, so every surface passes light on, whatever its reflectance. Two kinds of
 lit sides do not count when the other side has light as well: a back that shines only on its own island, like the inside
 of a bulb, and a side that sees nothing but the sky: a back always, a front where the back is the inside of a room.
-Neither does the inside of a closed island in which no light starts, nor its outside where all light starts in it.
+Neither does the inside of a closed island in which no light starts, nor its outside where all light starts in it, nor
+the inside of an object with mere slits.
 
 "Front" and "back" are those of most faces of an island: what is turned against its neighbours has its own the other
 way round.
@@ -82,6 +83,9 @@ def lit_sides(
     torn = np.flatnonzero(front & back) * 2
     caught = search.caught(np.sort(np.concatenate([torn, torn + 1])))
     sees = caught.share(np.ones(len(front), dtype=np.bool_))
+    # What gets through the slits of a shell that is nearly closed is not worth a side, even if its normals look there.
+    dark = front & back & search.dark_hollows(caught).reshape(-1, 2).T & (sees.reshape(-1, 2)[:, ::-1].T > 0)
+    front, back = front & ~dark[0], back & ~dark[1]
     back &= ~(front & (sees[1::2] == 0))
     front &= ~_hulls(front & back & (sees[::2] == 0) & (sees[1::2] > _CAUGHT), caught)
     return np.where(front & back, BOTH, np.where(back, BACK, FRONT)).astype(np.uint8)

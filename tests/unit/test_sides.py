@@ -10,7 +10,7 @@ from core.meshing import mesh
 from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
 from core.scene import BACK, BOTH, FRONT, Scene
-from tests.unit.islands import SQUARE, Things, sheet, upright
+from tests.unit.islands import SQUARE, Things, globe, sheet, upright
 
 
 def test_a_room_is_lit_inside_whatever_its_normals(found, lit_room):
@@ -55,6 +55,17 @@ def test_a_box_without_a_bottom_is_dark_inside(found, lit_room, box):
 def test_an_open_bowl_is_lit_on_both_sides(found, lit_room, box):
     bowl = [face for index, face in enumerate(box((1, 1, 0.5), (1, 1, 0.5), inward=False)) if index != 1]
     assert found(lit_room().add("Bowl", bowl))["Bowl"] == BOTH
+
+
+@pytest.mark.parametrize("inward", [False, True])
+def test_a_globe_with_a_slit_is_lit_outside(found, lit_room, inward):
+    outside = BACK if inward else FRONT
+    assert found(lit_room().add("Globe", globe(0.5, (1, 1, 1), inward=inward)[1:]))["Globe"] == outside
+    # Not where light starts in it, nor where more than a slit is open.
+    lamp = lit_room().add("Globe", globe(0.5, (1, 1, 1), inward=inward)[1:])
+    lamp.add("Bulb", [sheet((0.9, 0.9, 1), (1.1, 1.1), up=up) for up in (True, False)], emission=5.0)
+    assert found(lamp)["Globe"] == BOTH
+    assert found(lit_room().add("Globe", globe(0.5, (1, 1, 1), inward=inward)[20:]))["Globe"] == BOTH
 
 
 @pytest.mark.parametrize("up", [True, False])
