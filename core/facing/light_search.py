@@ -23,7 +23,7 @@ LOOK_BOUNCES = 3
 FEWEST, MOST = 4, 48
 # Share of the rays from within a body with slits that meet it, at least, as many rays as tell that, and the share among
 # the few that are cast first. What has more of its area than so in one direction may be a room, whose inside matters.
-SHUT, SHUT_RAYS, SHUT_FEW, FLOOR = 0.95, 4096, 0.85, 0.1
+SHUT, SHUT_RAYS, SHUT_FEW, FLOOR = 0.99, 4096, 0.9, 0.1
 # Lit points among which the one that faces a point best is asked for.
 _CANDIDATES = 48
 # A path turns this share of its way before the surface it hits: where it has been, it is in no other surface.

@@ -15,6 +15,8 @@ from .tree import Float, Int, Tree, build_tree, least_cosine
 _LIKE = (0.87, 0.5, -1.0)
 # Times as many clusters as like elements alone ask for, and as there should be, at most.
 _ROOM, _OVER = 1.25, 1.5
+# Clusters that a trend is told by, at least.
+_TREND = 6
 # Halvings of the longest side that is looked for.
 _HALVINGS = 16
 # Standard deviation across a cluster over that along it: what a bend of that cone makes of a sheet, and no more.
@@ -76,6 +78,39 @@ class Neighbourhoods:
                     large, nodes = middle, tried
             break
         return nodes, alike
+
+    def regions(self, nodes: Int, alike: NDArray[np.bool_]) -> Int:
+        """Put nodes together that lie side by side, enough of them to tell a trend by.
+
+        Parameters
+        ----------
+        nodes : ndarray of shape (k,)
+            In the tree's order, as `smallest` chooses them.
+        alike : ndarray of shape (nodes,)
+            Which nodes of the tree hold like elements.
+
+        Returns
+        -------
+        ndarray of shape (k,)
+            The same number for all of a region.
+        """
+        tree = self.tree
+        # How many of the nodes lie below each node of the tree, and who is above whom.
+        count = np.diff(np.searchsorted(tree.start[nodes], np.stack((tree.start, tree.stop), axis=1)), axis=1)[:, 0]
+        inner = np.flatnonzero(tree.child >= 0)
+        parent = np.full(len(tree.start), -1)
+        parent[tree.child[inner]] = parent[tree.child[inner] + 1] = inner
+        region = nodes.copy()
+        for _ in range(len(tree.levels)):
+            up = parent[region]
+            rise = (up >= 0) & (count[region] < _TREND) & alike[up]
+            if not rise.any():
+                break
+            region = np.where(rise, up, region)
+        # A node whose neighbours have risen to a region that holds it is a part of that.
+        top = np.maximum.accumulate(tree.stop[region])
+        begins = np.concatenate(([True], tree.start[region][1:] >= top[:-1]))
+        return np.cumsum(begins) - 1
 
 
 def find_neighbourhoods(

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from ..visibility import Surroundings
 from .elements import Elements
 from .neighbourhoods import Neighbourhoods, find_neighbourhoods
-from .tree import Float, Int, Tree
+from .tree import Float, Int
 
 # Height over the surface at which elements look for their sample, as a share of the way to it: over its bends.
 _LIFT = 0.15
 # How often what does not see the sample of its cluster is given another.
 _ROUNDS = 3
-# Clusters that a trend is told by, at least; and how much it is held back where they hardly tell it.
-_TREND, _HELD_BACK = 6, 0.05
+# How much a trend is held back where clusters hardly tell it.
+_HELD_BACK = 0.05
 # Share of its light that a trend may take from any place in a cluster.
 _STEEPEST = 0.7
 
@@ -152,7 +152,7 @@ def choose_samples(
     nodes, alike = around.smallest(most)
     cluster = np.zeros(n, np.int64)
     cluster[tree.order] = np.repeat(np.arange(len(nodes)), tree.size[nodes])
-    region = _regions(tree, nodes, alike)
+    region = around.regions(nodes, alike)
     _part(cluster, elements, occluders, most)
     region = np.append(region, np.max(region) + 1 + np.arange(np.max(cluster) + 1 - len(nodes)))
     # A cluster whose sample alone was left keeps it; the sample sees itself.
@@ -222,26 +222,6 @@ def each(elements: Elements) -> Samples:
     """
     every, none = np.arange(len(elements)), np.zeros((len(elements), 3))
     return Samples(every, every, elements.area, every, none, np.zeros((len(elements), 3, 3)), none, every, every)
-
-
-def _regions(tree: Tree, nodes: Int, alike: NDArray[np.bool_]) -> Int:
-    """Return for each of some nodes, in the tree's order, a number that it shares with those beside it."""
-    # How many of the nodes lie below each node of the tree, and who is above whom.
-    count = np.diff(np.searchsorted(tree.start[nodes], np.stack((tree.start, tree.stop), axis=1)), axis=1)[:, 0]
-    inner = np.flatnonzero(tree.child >= 0)
-    parent = np.full(len(tree.start), -1)
-    parent[tree.child[inner]] = parent[tree.child[inner] + 1] = inner
-    region = nodes.copy()
-    for _ in range(len(tree.levels)):
-        up = parent[region]
-        rise = (up >= 0) & (count[region] < _TREND) & alike[up]
-        if not rise.any():
-            break
-        region = np.where(rise, up, region)
-    # A node whose neighbours have risen to a region that holds it is a part of that.
-    top = np.maximum.accumulate(tree.stop[region])
-    begins = np.concatenate(([True], tree.start[region][1:] >= top[:-1]))
-    return np.cumsum(begins) - 1
 
 
 def _slopes(region: Int, arm: Float, count: int) -> Float:
