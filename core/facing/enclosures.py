@@ -56,22 +56,7 @@ def enclosure(scene: Scene, faces: IntArray, shape: Orientation, starts: FloatAr
 
 
 def keeps_dark(scene: Scene, faces: IntArray, shape: Orientation, starts: FloatArray) -> bool:
-    """Tell whether a shell has no light in it but what comes through its slits.
-
-    Parameters
-    ----------
-    scene : Scene
-    faces : ndarray of shape (k,)
-        All faces of a shell that is closed, or nearly.
-    shape : Orientation
-        Of the scene.
-    starts : ndarray of shape (n, 3)
-        Points just before what emits [m].
-
-    Returns
-    -------
-    bool
-    """
+    """Tell whether a shell, though nearly closed, has no light in it but what its slits let in; else as `enclosure`."""
     return _blocks(scene, faces) and not _starts(scene, _triangles(scene, faces, shape), starts)[1]
 
 

@@ -54,7 +54,13 @@ class Caught:
 
     def share(self, chosen: BoolArray) -> FloatArray:
         """Return which share of each side's rays meets one of the chosen groups, shape (s,)."""
-        met = (self.group >= 0) & chosen[self.group]
+        return self._share((self.group >= 0) & chosen[self.group])
+
+    def at_home(self, owner: IntArray) -> FloatArray:
+        """Return which share of each side's rays meets its own object, shape (s,), by the object of each group."""
+        return self._share((self.group >= 0) & (owner[self.group] == owner[self.node // 2]))
+
+    def _share(self, met: BoolArray) -> FloatArray:
         rays = np.maximum(np.bincount(self.node, minlength=self.sides), 1)
         return np.asarray(np.bincount(self.node, met, self.sides) / rays)
 
@@ -125,18 +131,10 @@ class LightSearch:
 
         So are the insides of a head with slits round its eyes, whichever way its faces are turned.
         """
-        scene, within = self._scene, np.zeros(caught.sides, dtype=np.bool_)
-        owner = np.zeros(caught.sides // 2, dtype=np.int64)
+        scene, owner = self._scene, np.zeros(caught.sides // 2, dtype=np.int64)
         owner[self._group] = scene.face_object
-
-        def at_home(caught: Caught, least: float) -> IntArray:
-            home = (caught.group >= 0) & (owner[caught.group] == owner[caught.node // 2])
-            rays = np.bincount(caught.node, minlength=caught.sides)
-            return np.flatnonzero((rays > 0) & (np.bincount(caught.node, home, caught.sides) >= least * rays))
-
-        nodes = at_home(caught, SHUT_FEW)
-        if len(nodes):
-            within[at_home(self.caught(nodes, SHUT_RAYS), SHUT)] = True
+        nodes = np.flatnonzero(caught.at_home(owner) >= SHUT_FEW)
+        within = self.caught(nodes, SHUT_RAYS).at_home(owner) >= SHUT
         # A shell has two sides: what sees itself from both is a heap of leaves.
         within &= ~within.reshape(-1, 2).all(axis=1).repeat(2)
         for index in np.unique(owner[np.flatnonzero(within) // 2]):

@@ -20,16 +20,6 @@ def upright(x, y, z, *, right=True):
     return corners if right else corners[::-1]
 
 
-def globe(radius, centre, *, inward, rings=8, sectors=16):
-    """Return the faces of a sphere; those around the poles have an edge without length."""
-    polar, turn = np.linspace(0, np.pi, rings + 1)[:, None], np.linspace(0, 2 * np.pi, sectors + 1)
-    parts = np.broadcast_arrays(np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar))
-    at = np.round(centre + radius * np.stack(parts, axis=-1), 12)
-    faces = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], axis=2).reshape(-1, 4, 3)
-    faces = np.roll(faces, -rings // 2 * sectors, axis=0)
-    return list(faces[:, ::-1] if inward else faces)
-
-
 class Things:
     """A scene that is put together object by object, each with vertices of its own."""
 

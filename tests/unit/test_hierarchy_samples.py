@@ -69,8 +69,9 @@ def test_a_floor_is_still_cut_where_little_things_take_up_all_clusters():
     floor = np.array([(0, 0, 0), (8, 0, 0), (8, 5, 0), (0, 5, 0)], float)
     scene = Scene.from_polygons([floor, *beads], divisions=np.array([20] + [1] * len(beads)))
     patches = mesh(scene)
-    elements = split_patches(patches, scene_occluders(scene, patches), tolerance=1.0, size=1.0)
-    around = find_neighbourhoods(elements, scene_occluders(scene, patches))
+    occluders = scene_occluders(scene, patches)
+    elements = split_patches(patches, occluders, tolerance=1.0, size=1.0)
+    around = find_neighbourhoods(elements, occluders)
     _, alike = around.smallest(len(elements))
     fewest = len(around.tree.cut_where(alike))
     nodes, _ = around.smallest(fewest)
@@ -101,7 +102,8 @@ def test_none_under_a_pot_speaks_for_the_open_floor_whatever_the_normals_of_the_
     assert under.sum() == 64
     dark = points_facing_dark(elements.centre, elements.normal, scene.sides, occluders)
     np.testing.assert_array_equal(dark[floor], under[floor])
-    nodes, _ = (around := find_neighbourhoods(elements, occluders, scene.sides)).smallest(100)
+    around = find_neighbourhoods(elements, occluders, scene.sides)
+    nodes, _ = around.smallest(100)
     start, stop = around.tree.start[nodes], around.tree.stop[nodes]
     for cluster in (around.tree.order[i:j] for i, j in zip(start, stop, strict=True)):
         assert dark[cluster].all() or not dark[cluster].any()
