@@ -7,21 +7,19 @@ split again, until the light that direct illumination could misplace within an e
 light (two-level hierarchy of patches and elements: Cohen, Greenberg, Immel, Brock 1986).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..lighting.kinds import Lamp
 from ..meshing import Patches
 from ..occlusion.core_part import core_part
-from ..runs import counted
 from ..translucence import piece_translucence
 from ..visibility import Occluders
-from .kernels import far_form_factors, near_form_factors
-from .links import find_links
-from .receivers import group_receivers
-from .sources import build_sources
 from .tree import Float, Int
+from .unblocked import Unblocked, unblocked_light
 
 _DEEPEST = 6
 # Splits where something stands on a patch, and how high above it that is looked for, as a share of its size.
@@ -70,7 +68,9 @@ class Elements:
         return len(self.area)
 
 
-def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, size: float) -> Elements:
+def split_patches(
+    patches: Patches, occluders: Occluders, *, tolerance: float, size: float, lamps: Sequence[Lamp] = ()
+) -> Elements:
     """Split patches that are large, where direct light changes within them, and where other surfaces stand on them.
 
     Parameters
@@ -81,6 +81,8 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
         Power that a single element may misplace, as a share of all emitted power.
     size : float
         Side of the largest square element, as a share of the diagonal of the scene's core, and of the way to it.
+    lamps : sequence of Lamp, optional
+        That shine beside what emits.
 
     Returns
     -------
@@ -88,8 +90,7 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
         In the order of the patches.
     """
     patch = np.arange(len(patches.area))
-    lit = np.flatnonzero(patches.emission.any(axis=1))
-    power = float((patches.area[lit, None] * patches.emission[lit]).sum())
+    shining = unblocked_light(patches, lamps, tolerance)
     done = []
     corners, room, apart = patches.corners, max(_MOST * len(patch), _FEW), _FEW
     reflected = patches.reflectance.mean(axis=1)
@@ -99,9 +100,9 @@ def split_patches(patches: Patches, occluders: Occluders, *, tolerance: float, s
         # What is far away may be as much larger.
         extent = area / (size * core.size * (1.0 + core.away(corners))) ** 2
         deeper, urgency = _DEEPEST - depth, extent.copy()
-        if len(patch) and power > 0:
-            misplaced = 3 * reflected[patch] * _spread(corners, patches, lit) * area
-            urgency = np.maximum(urgency, misplaced / (tolerance * power))
+        if len(patch) and shining.power > 0:
+            misplaced = 3 * reflected[patch] * _spread(corners, shining) * area
+            urgency = np.maximum(urgency, misplaced / (tolerance * shining.power))
         if len(patch) and depth < _CONTACT_DEPTH:
             large = np.flatnonzero(extent > _CONTACT)
             stood = large[_stood_on(corners[large], occluders)]
@@ -183,33 +184,14 @@ def centres(corners: Float) -> Float:
     return middle
 
 
-def _spread(corners: Float, patches: Patches, lit: Int) -> Float:
+def _spread(corners: Float, shining: Unblocked) -> Float:
     """Return how far the unblocked direct light of an element's quarters lies from their mean [W/m^2]."""
-    # Emitters only: few links, and no rays, for what is near a lamp is hardly hidden from it.
-    sources = build_sources(patches.corners[lit], patches.centre[lit], patches.normal[lit], patches.area[lit])
-    shining = patches.emission[lit].mean(axis=1)
-    power = sources.tree.sums((patches.area[lit] * shining)[:, None])[:, 0]
     # Quarters and the whole: a lamp may hang right below the middle.
-    parts = np.concatenate((quarters(corners), corners))
-    normal, _ = _flat_measures(parts)
-    receivers = group_receivers(centres(parts), normal)
-    one = np.ones(len(power))
-    links = find_links(receivers, np.arange(len(receivers)), sources, one, angle=0.7, error=np.inf)
-    count = np.diff(receivers.first)[links.group]
-    pair, receiver = counted(count, receivers.first[links.group])
-    factors = np.zeros(len(pair))
-    near, node = links.near[pair], links.node[pair]
-    for where, exact in ((np.flatnonzero(near), True), (np.flatnonzero(~near), False)):
-        point, facing = receivers.point[receiver[where]], receivers.normal[receiver[where]]
-        if exact:
-            patch = lit[sources.tree.order[sources.tree.start[node[where]]]]
-            factors[where] = near_form_factors(point, facing, patches.corners[patch])
-        else:
-            factors[where] = far_form_factors(point, facing, sources, node[where])
-    light = np.zeros(len(normal))
-    light[receivers.index] = np.bincount(receiver, factors * (power / sources.area)[node], len(normal))
-    five = np.column_stack((light[: 4 * len(corners)].reshape(-1, 4), light[4 * len(corners) :]))
-    spread: Float = np.abs(five - five.mean(axis=1, keepdims=True)).mean(axis=1)
+    parts = np.concatenate((quarters(corners).reshape(-1, 4, 4, 3).transpose(1, 0, 2, 3), corners[None]))
+    normal, area = _flat_measures(parts.reshape(-1, 4, 3))
+    point = centres(parts.reshape(-1, 4, 3)).reshape(5, -1, 3)
+    five = shining.irradiance(point, normal.reshape(5, -1, 3), np.sqrt(area.reshape(5, -1)[4]))
+    spread: Float = np.abs(five - five.mean(axis=0)).mean(axis=0)
     return spread
 
 

@@ -6,7 +6,7 @@ element, or where they are very many at several times as many samples as all oth
 to place.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gathering import gathering
+from ..lighting.kinds import Lamp
 from ..meshing import Patches
 from ..progress import Progress
 from ..solution import Solution
@@ -102,6 +103,7 @@ def solve(
     sides: NDArray[np.uint8] | None = None,
     direct: DirectLight | None = None,
     sky: DirectLight | None = None,
+    lamps: Sequence[Lamp] = (),
     iterations: int = 400,
     tolerance: float = 1e-4,
 ) -> Generator[Progress, None, Lit]:
@@ -118,6 +120,8 @@ def solve(
         Which sides of all faces that block have light, see `Scene`; their fronts when not given.
     direct, sky : callable, optional
         Light of lamps that are no elements, and of the sky.
+    lamps : sequence of Lamp, optional
+        Which lamps those are: patches near them are split.
     iterations, tolerance
         Stop rules, see `gathering`.
 
@@ -129,7 +133,7 @@ def solve(
     -------
     Lit
     """
-    elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size)
+    elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size, lamps=lamps)
     through = piece_translucence(elements.corners, elements.patch, patches)
     yield Progress("Elements", 1.0)
     around = find_neighbourhoods(elements, occluders, sides) if len(elements) > _FEW else None

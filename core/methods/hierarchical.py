@@ -72,6 +72,7 @@ def hierarchical(
             sides=scene.sides,
             direct=roughly,
             sky=up,
+            lamps=near,
             iterations=most,
             tolerance=least,
         )

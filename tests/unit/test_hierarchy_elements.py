@@ -7,6 +7,7 @@ import pytest
 from core.hierarchy import elements as splitting
 from core.hierarchy.elements import split_patches
 from core.hierarchy.quality import QUALITIES
+from core.lighting.lamps import AreaLamp, PointLamp
 from core.meshing import mesh
 from core.scene import Scene
 from core.visibility import scene_occluders
@@ -49,3 +50,27 @@ def test_a_large_floor_is_split_however_many_small_faces_would_be(crowd, quality
     np.testing.assert_array_equal(few[SMALL:], all_of_them[SMALL:])
     assert few[SMALL] >= 0.25 / QUALITIES[quality].size ** 2
     np.testing.assert_array_equal(found.corners[found.patch >= SMALL], whole.corners[whole.patch >= SMALL])
+
+
+@pytest.mark.parametrize("kind", ["bulb", "panel"])
+def test_what_is_near_a_lamp_is_split_until_its_light_adds_up(kind):
+    # Around a lamp that shines close to the top of a box of 0.3 m, whose faces are all that is there.
+    place = np.array((0.05, 0.0, 0.12))
+    wall = 2 * SQUARE - (1, 1, 1)
+    sides = [wall, -wall[::-1]]
+    sides += [np.roll(side, turn, axis=1) for turn in (1, 2) for side in sides]
+    scene = Scene.from_polygons([0.15 * side for side in sides], 0.5)
+    patches = mesh(scene)
+    panel = AreaLamp("panel", np.ones(3), place, 0.02 * np.eye(3)[0], 0.02 * np.eye(3)[1], np.eye(3)[2])
+    lamp, power = {
+        "bulb": (PointLamp("bulb", np.ones(3), place, 0.01), 4 * np.pi),
+        "panel": (panel, np.pi * 0.04**2),
+    }[kind]
+    occluders = scene_occluders(scene, patches)
+    sent = {}
+    for lamps in ((), (lamp,)):
+        found = split_patches(patches, occluders, tolerance=QUALITIES["medium"].split, size=1.0, lamps=lamps)
+        light = lamp.unshadowed(found.centre, found.normal)[:, 0]
+        sent[lamps] = float(found.area @ light) / power
+    assert abs(sent[()] - 1) > 0.1
+    assert sent[(lamp,)] == pytest.approx(1, abs=0.05)
