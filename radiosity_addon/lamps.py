@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import bpy
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.lighting.lamps import AreaLamp, Cone, Lamp, PointLamp, SunLamp
 from ..core.mending import BRIGHTEST, FARTHEST
+from .lamp_pictures import LampPictures
 from .materials.images import Images
 from .materials.network import Network, Place
 from .materials.nodes import read_output
@@ -26,7 +28,12 @@ _SIZES = ("size", "size_y", "spread", "shadow_soft_size", "spot_size", "spot_ble
 
 
 def read_lamp(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, matrix: Array, scale: float, notes: list[str]
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    matrix: Array,
+    scale: float,
+    pictures: LampPictures,
+    notes: list[str],
 ) -> Lamp | None:
     """Read a light object.
 
@@ -39,6 +46,8 @@ def read_lamp(
         Object space to world space [Blender units].
     scale : float
         Length of a Blender unit [m].
+    pictures : LampPictures
+        Asked for what the nodes of lamps do where only Cycles can tell.
     notes : list of str
         What is read otherwise than Blender would render it is added.
 
@@ -54,7 +63,8 @@ def read_lamp(
     if not _is_somewhere(light, matrix):
         notes.append(f"{name}: its place or size is no finite number within {FARTHEST:g} m, and it is left out")
         return None
-    power = _power(light, name, notes)
+    nodes = _nodes(light)
+    power = _power(light, nodes, name, notes)
     if light.energy < 0 or (power < 0).any():
         notes.append(f"{name}: a negative power or color counts as 0")
         power = power.clip(0.0) if light.energy > 0 else np.zeros(3)
@@ -67,23 +77,37 @@ def read_lamp(
     if abs(np.linalg.det(axes)) < 1e-30 and light.type != 'POINT':
         notes.append(f"{name} is scaled to nothing and left out")
         return None
+    lamp = _shaped(light, obj.name_full, power, axes, centre, scale)
+    if lamp is not None and nodes.unread:
+        pictures.ask(lamp, obj.data, axes, nodes.strength, [f"{name}: {note}" for note in nodes.notes])
+    return lamp
+
+
+def _shaped(
+    light: bpy.types.Light, name: str, power: Array, axes: Array, centre: Array, scale: float
+) -> SunLamp | AreaLamp | PointLamp | None:
+    """Give power its shape and place; None where that has no size."""
     if light.type == 'SUN':
-        return _sun(light, obj.name_full, power, axes)
+        return _sun(light, name, power, axes)
     # Cycles takes units for metres: light weakens with the square of their number.
     power = scale * scale * power
     if light.type == 'AREA':
-        return _area(light, obj.name_full, power, axes, centre, scale)
-    return _point(light, obj.name_full, power, axes, centre, scale)
+        return _area(light, name, power, axes, centre, scale)
+    return _point(light, name, power, axes, centre, scale)
 
 
-def _power(light: bpy.types.Light, name: str, notes: list[str]) -> Array:
+def _power(light: bpy.types.Light, nodes: _Nodes, name: str, notes: list[str]) -> Array:
     """Return energy times color: watts, or for a sun the irradiance [W/m^2]."""
+    strength = np.ones(3)
+    if not nodes.unread:
+        strength = nodes.strength
+        notes += [f"{name}: {note}" for note in nodes.notes]
     color = np.array(light.color, dtype=float)
     # Since 4.5.
     if getattr(light, "use_temperature", False):
         color *= np.array(light.temperature_color[:3], dtype=float)
     with np.errstate(over="ignore", invalid="ignore"):
-        power = light.energy * np.exp2(getattr(light, "exposure", 0.0)) * color * _emission(light, name, notes)
+        power = light.energy * np.exp2(getattr(light, "exposure", 0.0)) * color * strength
     if not np.isfinite(power).all():
         notes.append(f"{name}: a power or color that is not a finite number counts as 0")
     return np.nan_to_num(power, posinf=0.0, neginf=0.0).clip(None, BRIGHTEST)
@@ -95,27 +119,46 @@ def _is_somewhere(light: bpy.types.Light, matrix: Array) -> bool:
     return bool((np.abs(matrix) <= FARTHEST).all() and (np.abs(sizes) <= FARTHEST).all())
 
 
-def _emission(light: bpy.types.Light, name: str, notes: list[str]) -> Array:
-    """Return what the light's nodes multiply it with."""
+@dataclass(frozen=True, eq=False)
+class _Nodes:
+    """What the nodes of a light do.
+
+    Attributes
+    ----------
+    strength : ndarray of shape (3,)
+        What they multiply it with, as far as they can be read.
+    unread : bool
+        Whether that is for Cycles to tell.
+    notes : tuple of str
+        What was not read.
+    """
+
+    strength: Array
+    unread: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def _nodes(light: bpy.types.Light) -> _Nodes:
+    """Read the nodes of a light."""
     with warnings.catch_warnings():
         # From 5.0 on it warns that it will go.
         warnings.simplefilter("ignore", DeprecationWarning)
         nodes = light.node_tree.nodes if light.use_nodes and light.node_tree is not None else ()
     outputs = [node for node in nodes if node.bl_idname == 'ShaderNodeOutputLight']
     if not outputs:
-        return np.ones(3)
+        return _Nodes(np.ones(3))
     output = next((node for node in outputs if node.is_active_output), outputs[0])
     network = Network(read_output, Images(), strict=False)
     found, _, place = Place(network).source(output.inputs["Surface"])
     if found is None:
-        return np.zeros(3)
+        return _Nodes(np.zeros(3))
     shader = found.node
     if shader.bl_idname != 'ShaderNodeEmission':
-        notes.append(f"{name}: its node '{shader.name}' is not read; it shines as without nodes")
-        return np.ones(3)
+        return _Nodes(np.ones(3), True, (f"its node '{shader.name}' is not read; it shines as without nodes",))
     strength = np.broadcast_to(place.value(shader, "Color") * place.value(shader, "Strength"), 3)
-    notes += [f"{name}: {note}" for note in network.notes]
-    return strength
+    # What changes with the distance has no picture.
+    falls = any(node.bl_idname == 'ShaderNodeLightFalloff' for node in nodes)
+    return _Nodes(strength, bool(network.notes) and not falls, tuple(network.notes))
 
 
 def _sun(light: bpy.types.Light, name: str, power: Array, axes: Array) -> SunLamp:

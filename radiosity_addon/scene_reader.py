@@ -18,6 +18,7 @@ from ..core.lighting.lamps import Lamp, SkyLamp
 from ..core.occlusion.sieve import blocking, tints
 from ..core.scene import AUTO, Scene
 from .face_surfaces import FaceSurfaces, SurfaceReader, join_surfaces
+from .lamp_pictures import LampPictures
 from .lamps import read_lamp
 from .objects.evaluation import evaluation
 from .objects.instances import read_instances
@@ -73,11 +74,11 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     enabled = [obj for obj in enabled_objects(view_layer) if not excluded(obj)]
     notes = layer_differences(scene, view_layer) + differences(enabled)
     scale = 1.0 if scene.unit_settings.system == 'NONE' else scene.unit_settings.scale_length
-    surfaces = SurfaceReader()
+    surfaces, pictures = SurfaceReader(), LampPictures()
     bodies: list[Body] = []
     lamps: list[Lamp] = []
     with evaluation(depsgraph) as state:
-        instances = read_instances(state, enabled, scale, surfaces, notes)
+        instances = read_instances(state, enabled, scale, surfaces, pictures, notes)
         for obj in enabled:
             if renders_itself(obj):
                 roles = read_roles(obj)
@@ -87,7 +88,7 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
                     if body is None and _has_faces(obj) and not instances.bodies[obj.name_full]:
                         notes.append(f"Object '{obj.name_full}': its modifiers leave none of its faces")
                 elif obj.type == 'LIGHT' and roles.emits:
-                    lamp = read_lamp(obj, depsgraph, state.matrix(obj), scale, notes)
+                    lamp = read_lamp(obj, depsgraph, state.matrix(obj), scale, pictures, notes)
                     lamps += [lamp] if lamp is not None else []
                 elif obj.type in NO_SURFACES and not instances.bodies[obj.name_full]:
                     notes.append(f"Object '{obj.name_full}' is {NO_SURFACES[obj.type]} without faces and left out")
@@ -96,6 +97,7 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, depsgrap
     _check_size(scene, bodies)
     # Last, as these may render, which makes the depsgraph old.
     materials = surfaces.finish(notes)
+    lamps = pictures.finish(lamps, notes)
     lamps += read_world(view_layer.world_override or scene.world, notes)
     return _joined(bodies, materials, lamps, scale, notes)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from .discs import disc_directions, disc_form, lattice
+from .patterns import Pattern
 
 # Directions to the rim of a disc that tell whether the edge of a cone of light is on it.
 _RIM = 8
@@ -37,6 +38,8 @@ class PointLamp:
         Where a spot light shines.
     shadows : bool
         Whether anything blocks it.
+    pattern : Pattern, optional
+        What its light is multiplied with, by direction from its centre.
     """
 
     name: str
@@ -46,6 +49,7 @@ class PointLamp:
     soft: bool = False
     cone: "Cone | None" = None
     shadows: bool = True
+    pattern: Pattern | None = None
 
     @property
     def even(self) -> bool:
@@ -62,7 +66,9 @@ class PointLamp:
         light = disc_form(sine, cosine) / np.maximum(squared, _TINY)
         if self.cone is not None:
             light *= self._cone_share(points, normals)
-        return light[:, None] * self.intensity
+        if self.pattern is None:
+            return light[:, None] * self.intensity
+        return light[:, None] * self.intensity * self.pattern.share(points - self.centre)
 
     def sample(
         self, points: FloatArray, normals: FloatArray, u: FloatArray, v: FloatArray

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Copies of materials and worlds for Cycles to show as they would be read: without gloss, seen by diffuse light."""
+"""Copies of what has nodes, for Cycles to show as it would be read: without gloss, seen by diffuse light."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import bpy
 
 from .images import NEUTRAL
 
-Shown = TypeVar("Shown", bpy.types.Material, bpy.types.World)
+Shown = TypeVar("Shown", bpy.types.Material, bpy.types.World, bpy.types.Light)
 _IMAGES = {'ShaderNodeTexImage', 'ShaderNodeTexEnvironment'}
 # What a ray of diffuse light is; everything else is 0.
 _SEEN = {'Is Diffuse Ray', 'Is Reflection Ray', 'Ray Depth', 'Diffuse Depth'}
 
 
 def readable_copy(block: Shown, made: list[bpy.types.ID]) -> Shown:
-    """Copy a material or a world with all groups in it.
+    """Copy a material, a world or a light with all groups in it.
 
     Parameters
     ----------
-    block : bpy.types.Material or bpy.types.World
+    block : bpy.types.Material, bpy.types.World or bpy.types.Light
         It has nodes.
     made : list
         The copies are added to it.
 
     Returns
     -------
-    bpy.types.Material or bpy.types.World
+    bpy.types.Material, bpy.types.World or bpy.types.Light
     """
     copy = block.copy()
     made.append(copy)

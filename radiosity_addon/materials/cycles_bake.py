@@ -72,14 +72,14 @@ def bake_surfaces(jobs: Sequence[Job]) -> list[tuple[Array, Array]]:
     total = sum(len(job.points.samples.triangle) for job in jobs) // 3
     step = max(1, -(-total // MOST))
     results = []
-    with _scene() as (scene, made):
+    with passing_scene() as (scene, made):
         for job in jobs:
             # One at a time: Cycles loads the whole scene anew for each object that it bakes.
             obj = _place(job, step, scene, made)
             cells = len(job.points.samples.triangle) // 3
             pair = []
             for kind, passes in (('DIFFUSE', {'COLOR'}), ('EMIT', set())):
-                _bake(scene, obj, kind, passes)
+                bake_colors(scene, obj, kind, passes)
                 pair.append(_baked(obj, cells, step))
             results.append((pair[0], pair[1]))
             _forget(made)
@@ -87,7 +87,7 @@ def bake_surfaces(jobs: Sequence[Job]) -> list[tuple[Array, Array]]:
 
 
 @contextmanager
-def _scene() -> Iterator[tuple[bpy.types.Scene, list[bpy.types.ID]]]:
+def passing_scene() -> Iterator[tuple[bpy.types.Scene, list[bpy.types.ID]]]:
     """Give an empty scene for Cycles, and a list of what goes when the block ends."""
     frame = bpy.context.scene.frame_current
     scene = bpy.data.scenes.new(_NAME)
@@ -111,7 +111,8 @@ def _forget(made: list[bpy.types.ID]) -> None:
     made.clear()
 
 
-def _bake(scene: bpy.types.Scene, obj: bpy.types.Object, kind: str, passes: set[str]) -> None:
+def bake_colors(scene: bpy.types.Scene, obj: bpy.types.Object, kind: str, passes: set[str]) -> None:
+    """Let Cycles bake into the active color attribute of an object of a scene."""
     chosen = {
         "scene": scene,
         "view_layer": scene.view_layers[0],
@@ -143,7 +144,7 @@ def _place(job: Job, step: int, scene: bpy.types.Scene, made: list[bpy.types.ID]
     here = (np.arange(0, len(points.samples.triangle), 3 * step)[:, None] + np.arange(3)).ravel()
     mesh = bpy.data.meshes.new(_NAME)
     made.append(mesh)
-    _triangles(mesh, points.position[here])
+    make_triangles(mesh, points.position[here])
     for name, layer in ground.uv_maps.items():
         target = mesh.uv_layers.new(name=name, do_init=False)
         if target is not None:
@@ -168,7 +169,7 @@ def _place(job: Job, step: int, scene: bpy.types.Scene, made: list[bpy.types.ID]
     return obj
 
 
-def _triangles(mesh: bpy.types.Mesh, points: Array) -> None:
+def make_triangles(mesh: bpy.types.Mesh, points: Array) -> None:
     """Make a triangle of every three points."""
     count = len(points)
     mesh.vertices.add(count)

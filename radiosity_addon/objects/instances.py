@@ -21,6 +21,7 @@ from .surfaces import HAVE_SURFACES, Body, evaluated_mesh
 if TYPE_CHECKING:
     from ...core.lighting.lamps import Lamp
     from ..face_surfaces import SurfaceReader
+    from ..lamp_pictures import LampPictures
     from .evaluation import Evaluation
 
 # What Blender fills up the number of an instance with.
@@ -49,6 +50,7 @@ def read_instances(
     enabled: Iterable[bpy.types.Object],
     scale: float,
     surfaces: SurfaceReader,
+    pictures: LampPictures,
     notes: list[str],
 ) -> Instances:
     """Read all instances, each mesh once.
@@ -62,6 +64,8 @@ def read_instances(
         Length of a Blender unit [m].
     surfaces : SurfaceReader
         Reads their materials.
+    pictures : LampPictures
+        Asked for what the nodes of lamps do.
     notes : list of str
         What is left out is added.
 
@@ -69,7 +73,7 @@ def read_instances(
     -------
     Instances
     """
-    reader = _Reader(state, enabled, scale, surfaces, notes)
+    reader = _Reader(state, enabled, scale, surfaces, pictures, notes)
     for instance, depsgraph in state.instances():
         reader.add(instance, depsgraph)
     reader.tell_what_is_left_out()
@@ -98,10 +102,12 @@ class _Reader:
         enabled: Iterable[bpy.types.Object],
         scale: float,
         surfaces: SurfaceReader,
+        pictures: LampPictures,
         notes: list[str],
     ) -> None:
         self.found = Instances()
         self._state, self._scale, self._surfaces, self._notes = state, scale, surfaces, notes
+        self._pictures = pictures
         self._shown = {obj.name_full: _Shown(obj) for obj in enabled}
         self._meshes: dict[int, tuple[LocalMesh, int]] = {}
         self._roles: dict[tuple[str, str], Roles | None] = {}
@@ -126,7 +132,7 @@ class _Reader:
         if source.type == 'LIGHT':
             if roles.emits:
                 matrix = np.array(instance.matrix_world, dtype=float)
-                lamp = read_lamp(original, self._state.depsgraph, matrix, self._scale, self._notes)
+                lamp = read_lamp(original, self._state.depsgraph, matrix, self._scale, self._pictures, self._notes)
                 self.found.lamps += [lamp] if lamp is not None else []
         elif source.type == 'MESH':
             mesh, surfaces = self._mesh(source, depsgraph)

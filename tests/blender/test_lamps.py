@@ -97,10 +97,10 @@ def test_what_is_approximated_is_told(scene, blender, floor, read):
     emission = next(node for node in tree.nodes if node.bl_idname == 'ShaderNodeEmission')
     emission.inputs["Strength"].default_value = 3.0
     assert read().scene.lamps[1].intensity[0] == pytest.approx(3 * read().scene.lamps[0].intensity[0])
-    tree.links.new(tree.nodes.new('ShaderNodeTexIES').outputs[0], emission.inputs["Strength"])
+    tree.links.new(tree.nodes.new('ShaderNodeLightFalloff').outputs["Linear"], emission.inputs["Strength"])
     warnings = read().scene.warnings
     assert ["light linking" in warning for warning in warnings] == [True, False]
-    assert [f"'{textured.name}'" in warning and "'IES Texture'" in warning for warning in warnings] == [False, True]
+    assert [f"'{textured.name}'" in warning and "'Light Falloff'" in warning for warning in warnings] == [False, True]
 
 
 def test_nodes_of_a_lamp_are_read(scene, floor, read):
