@@ -3,8 +3,8 @@
 
 A piece gets the grid of its finest edges. Along coarser ones the points of the grid move to the nearest cut, ties to
 the ends, so that two corners of a cell may become one: quads become triangles, and a cell whose corners are only two is
-none. No cell is ever turned over or flat, since points keep their order along the edge and less than two steps of the
-grid are made at its ends.
+none. No cell is ever turned over or flat, since points keep their order along the edge and no two of a row's go to the
+tip of a fan.
 """
 
 from dataclasses import dataclass
@@ -134,6 +134,7 @@ def anchored(pattern: Pattern) -> Cells:
     counts = pattern.cells
     piece, local = counted(counts)
     rows, columns, similar = pattern.rows[piece], pattern.columns[piece], pattern.similar[piece]
+    fan = ~similar & (pattern.parts[piece, 3] == 0)
     side, step = np.zeros((len(piece), 4), np.int64), np.zeros((len(piece), 4), np.int64)
     weight = np.zeros((len(piece), 4, 4))
     for slot, (i, j) in enumerate(zip(*lattice(local, columns, similar), strict=True)):
@@ -147,6 +148,10 @@ def anchored(pattern: Pattern) -> Cells:
         grid = np.where(edge % 2 == 0, rows, columns)
         moved = _moved(along, grid, parts)
         # In a triangle with two cuts the middles of both other edges go to the corner between these.
+        # In a fan only the first of them may go to the tip: with a second one there were a cell along the other edge.
+        off = fan & (i > 1)
+        moved = np.where(off & (edge == 0), np.maximum(moved, 1), moved)
+        moved = np.where(off & (edge == 2), np.minimum(moved, parts - 1), moved)
         moved = np.where(similar & (grid == 2) & (edge == 1) & (along == 1) & (parts == 1), 1, moved)
         inner = np.where(similar, (i - 1) * (rows - 1) - (i - 1) * i // 2 + j - 1, (i - 1) * (columns - 1) + j - 1)
         side[:, slot], step[:, slot] = edge, np.where(bound, moved, inner)

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes cut finer: no cracks, nothing turned over, nothing lost, and what each part is made of."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from core.errors import RadiosityError
 from core.refinement import refine
+from core.refinement_of_two import composed
 from core.scene import Scene
 
 LENGTHS = (3.0, 1.1, 0.6, 0.37, 0.21)
@@ -68,12 +71,32 @@ MESHES["slivers"] = (
 )
 
 
+def evenly(coarse, length):
+    return refine(coarse, length)
+
+
+def unevenly(coarse, length):
+    """Cut some faces much finer than those beside them."""
+    rng = np.random.default_rng(len(coarse.face_area))
+    return refine(replace(coarse, max_edge=length * rng.choice([1.0, 4.0, 30.0], len(coarse.face_area))))
+
+
+def twice(coarse, length):
+    """Cut once, and some of what comes about once more."""
+    first = evenly(coarse, 2.0 * length)
+    return composed(first, unevenly(finer(first, coarse), length))
+
+
+WAYS = pytest.mark.parametrize("cut", [evenly, unevenly, twice])
+
+
+@WAYS
 @pytest.mark.parametrize("length", LENGTHS)
 @pytest.mark.parametrize("name", MESHES)
-def test_a_plane_stays_whole(name, length):
+def test_a_plane_stays_whole(name, length, cut):
     points, faces = MESHES[name]
     coarse = scene_of(points, faces)
-    fine = refine(coarse, length)
+    fine = cut(coarse, length)
     result = finer(fine, coarse)
     assert_no_vertex_on_an_edge(result)
     # Every edge has a face on each side but those of the border, which is as long as it was.
@@ -86,14 +109,15 @@ def test_a_plane_stays_whole(name, length):
     area = np.bincount(fine.face, result.face_area)
     np.testing.assert_allclose(area, coarse.face_area, rtol=1e-9)
     ends = result.vertices[directed]
-    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() <= 2 * length
+    assert cut is not evenly or np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() <= 2 * length
 
 
+@WAYS
 @pytest.mark.parametrize("name", MESHES)
-def test_what_each_part_is_made_of(name):
+def test_what_each_part_is_made_of(name, cut):
     points, faces = MESHES[name]
     coarse = scene_of(points, faces)
-    fine = refine(coarse, 0.3)
+    fine = cut(coarse, 0.3)
     corners = coarse.vertices[coarse.corner_vertex]
     made = np.einsum("ck,ckx->cx", fine.corner_weight, corners[fine.corner_source])
     np.testing.assert_allclose(made, fine.vertices[fine.corner_vertex], atol=1e-12)
