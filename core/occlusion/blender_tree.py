@@ -62,11 +62,25 @@ class BVHOccluders:
         start = self._core.local(origins)
         way = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         triangle, distance = self._first(start, way, np.linalg.norm(start, axis=1) + self._reach, (start,))
+        self._leave_first(triangle, start, way, distance)
         hit = np.flatnonzero(triangle >= 0)
         face, front = np.full(len(origins), -1), np.zeros(len(origins), dtype=bool)
         face[hit] = self._face[triangle[hit]]
         front[hit] = (self._normal[triangle[hit]] * way[hit]).sum(axis=1) < 0
         return face, distance * self._core.size, front
+
+    def _leave_first(self, triangle: IntArray, start: FloatArray, way: FloatArray, distance: FloatArray) -> None:
+        """Where a ray leaves a body right where it enters another one, put what it leaves first."""
+        entered = np.flatnonzero(triangle >= 0)
+        entered = entered[(self._normal[triangle[entered]] * way[entered]).sum(axis=1) < 0]
+        places = (start[entered] + distance[entered, None] * way[entered]).T.tolist()
+        for ray, place in zip(entered.tolist(), zip(*places, strict=True), strict=True):
+            near = self._tree.find_nearest_range(place, MARGIN)
+            if len(near) > 1:
+                found = np.array([index for _, _, index, _ in near])
+                height = ((start[ray] - self._start[found]) * self._normal[found]).sum(axis=1)
+                left = found[(self._normal[found] @ way[ray] > 0) & (np.abs(height) > self._margin[found])]
+                triangle[ray] = left[0] if len(left) else triangle[ray]
 
     def _first(
         self, start: FloatArray, way: FloatArray, reach: FloatArray, ends: tuple[FloatArray, ...]

@@ -62,14 +62,17 @@ class BruteForceOccluders:
         distance : ndarray of shape (m,)
             Infinite for none [m].
         front : ndarray of shape (m,)
-            Whether the front of the face was hit.
+            Whether the front of the face was hit. Where a ray leaves a body right where it enters another one, it is
+            the back of what it leaves.
         """
         face, distance = np.full(len(origins), -1), np.full(len(origins), np.inf)
         front = np.zeros(len(origins), dtype=bool)
         for part in self._parts(len(origins)):
             way = directions[part] / np.linalg.norm(directions[part], axis=1, keepdims=True)
             crossing, rise = self._crossings(origins[part], way)
-            first = crossing.argmin(axis=1)
+            # Where a ray leaves a body right where it enters another one, what it leaves is first.
+            tied = crossing - np.where(rise > 0, 2.0 * self._margin, 0.0)
+            first = tied.argmin(axis=1)
             row = np.arange(len(first))
             distance[part] = crossing[row, first]
             hit = np.isfinite(distance[part])

@@ -165,6 +165,24 @@ def test_nearest(way):
     assert not front.any()
 
 
+@pytest.mark.parametrize("way", [BruteForceOccluders, BVHOccluders, SurfaceOccluders])
+def test_what_a_ray_leaves_is_nearer_than_what_it_enters_there(way):
+    """A beam ends at a wall, and is as wide as it: from inside the beam its own end is seen, not the wall's side."""
+    if way is BVHOccluders:
+        pytest.importorskip("bpy")
+    beam, wall = box([0, 0, 0], [5, 1, 1]), box([5, 0, 0], [5.2, 1, 1])
+    start = np.random.default_rng(5).uniform((0, 0.1, 0.1), (4, 0.9, 0.9), (200, 3))
+    along = np.array([(1.0, 0, 0)] * 200)
+    for things in ((beam, wall), (wall, beam)):
+        room = way(halves(np.concatenate(things)))
+        face, distance, front = room.nearest(start, along)
+        of = np.flatnonzero(np.concatenate([[thing is beam] * 6 for thing in things]))
+        assert np.isin(face, of).all() and not front.any()
+        np.testing.assert_allclose(distance, 5 - start[:, 0], atol=1e-4)
+        _, _, front = room.nearest(start + (0, 2, 0), (0, -1, 0) + 0 * along)
+        assert front.all()
+
+
 def test_scene_occluders_are_over_surfaces():
     floor = grid(np.ones((30, 30)))
     scene = Scene.from_polygons([*floor, *box([10, 10, 1], [12, 12, 3])])
