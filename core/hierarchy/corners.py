@@ -28,6 +28,7 @@ from .sights import NOTHING, beside
 from .slopes import find_slopes
 from .solve import Lit
 from .sparse_glances import from_sky, sparse_glances
+from .straddling import past_walls, with_light_outside
 from .tree import Float, Int
 
 __all__ = ["COVERED", "Corners", "corner_receivers", "final_gather"]
@@ -50,12 +51,14 @@ _HARDLY_MORE = 1.5
 _MANY_ROUNDS = 10
 
 
-def corner_receivers(scene: Scene) -> Corners:
+def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
     """Return one receiver for each vertex and smooth group of a scene.
 
     Parameters
     ----------
     scene : Scene
+    exposed : ndarray of shape (c,), optional
+        Share that shows of what is at each of its corners: receivers move there. Everything when not given.
 
     Returns
     -------
@@ -63,11 +66,12 @@ def corner_receivers(scene: Scene) -> Corners:
     """
     face = scene.corner_face
     group = smooth_groups(scene)
-    count = np.bincount(group)
     position = scene.vertices[scene.corner_vertex]
     inwards = _middles(scene)[face] - position
-    into = np.stack([np.bincount(group, axis) for axis in inwards.T], axis=1) / count[:, None]
-    leader = np.full(len(count), -1)
+    weight = np.ones(len(group)) if exposed is None else exposed + _LAST_RESORT
+    total = np.bincount(group, weight)
+    into = np.stack([np.bincount(group, weight * axis) for axis in inwards.T], axis=1) / total[:, None]
+    leader = np.full(len(total), -1)
     leader[group[::-1]] = np.arange(len(group))[::-1]
     normal = shown_normals(scene)[leader]
     # Faces without area have no normal of their own; whatever light is there will do.
@@ -163,11 +167,13 @@ def final_gather(
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     dim = known & ~covered & (arriving.sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
     covered[dim] = points_facing_dark(corners.point[dim], corners.normal[dim], lit.sides, lit.scenery.occluders)
+    outside = past_walls(corners, edges, arriving, lit.scenery.occluders)
+    covered[outside[0]] = True
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
     light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS)
     if above.any():
         light += blended(above, rounds=_MANY_ROUNDS)
-    light = np.where((covered & known)[:, None], around, light)
+    light = with_light_outside(np.where((covered & known)[:, None], around, light), outside)
     close = beside(glance.sights, corners.point, elements)
     # Most corners of a fine mesh have their neighbours' light: what is beside a few of them does not show.
     most = len(corners.point) if few else quality.corners // 4

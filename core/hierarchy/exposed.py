@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from ..meshing import Patches
 from ..translucence import scattered
 from .elements import Elements
-from .probes import points_shut_in
+from .probes import points_facing_dark, points_shut_in
 from .solve import Lit
 from .tree import Float, Int
 
 # Share of its surroundings that an element in a closed room has to see for not being hidden itself.
 _EXPOSED = 0.3
+# Elements with less than this share of the light that is common may be inside of something.
+_DIM = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +30,7 @@ class Shown:
     Attributes
     ----------
     exposed : ndarray of shape (n,)
-        Which see enough of what is around them, or a way out; the others are under something.
+        Which see enough of what is around them, or a way out; the others are under something or inside of it.
     radiosity, irradiance : ndarray of shape (n, 3)
         [W/m^2].
     first : ndarray of shape (n, 3)
@@ -57,23 +59,45 @@ def shown_light(lit: Lit, patches: Patches, group: Int) -> Shown:
     Shown
     """
     elements, solution = lit.elements, lit.solution
-    exposed = _exposed_elements(lit)
+    looking_out = _looking_out(lit)
+    exposed = looking_out & ~_inside(lit, looking_out)
     straight = solution.irradiance if solution.direct is None else solution.direct
     H, first = (
         _exposed_irradiance(elements, patches, group, irradiance, exposed)
         for irradiance in (solution.irradiance, straight)
     )
-    return Shown(exposed, elements.emission + scattered(elements.reflectance, H, lit.through), H, first)
+    # What is inside of something lights what is in there with it, as dark as it is.
+    sent = np.where((looking_out & ~exposed)[:, None], solution.irradiance, H)
+    return Shown(exposed, elements.emission + scattered(elements.reflectance, sent, lit.through), H, first)
 
 
-def _exposed_elements(lit: Lit) -> NDArray[np.bool_]:
-    """Return which elements show, shape (n,): they see enough of what is around them, or a way out."""
+def exposed_corners(shown: Shown, elements: Elements, patches: Patches, corners: int) -> Float:
+    """Return which share shows of the patches at each of so many mesh corners, shape (c,)."""
+    count = len(patches.area)
+    share = np.bincount(elements.patch, elements.area * shown.exposed, count)
+    share /= np.maximum(np.bincount(elements.patch, elements.area, count), 1e-300)
+    touching = np.bincount(patches.touch_corner, minlength=corners)
+    shares = np.bincount(patches.touch_corner, share[patches.touch_patch], corners)
+    return np.asarray(shares / np.maximum(touching, 1))
+
+
+def _looking_out(lit: Lit) -> NDArray[np.bool_]:
+    """Return which elements see enough of what is around them, or a way out, shape (n,)."""
     sums, elements = lit.transport.row_sums(), lit.elements
     exposed: NDArray[np.bool_] = sums > _EXPOSED
     unsure = np.flatnonzero(~exposed)
     point, normal = elements.centre[unsure], elements.normal[unsure]
     exposed[unsure] = ~points_shut_in(point, normal, elements.corners, lit.scenery.occluders)
     return exposed
+
+
+def _inside(lit: Lit, looking_out: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which elements are inside of something, and see what of others is in there with them, shape (n,)."""
+    elements, H, A = lit.elements, lit.solution.irradiance.mean(axis=1), lit.elements.area
+    dim = np.flatnonzero(looking_out & (H < _DIM * float((A * H).sum() / max(float(A.sum()), 1e-300))))
+    inside = np.zeros(len(elements), dtype=np.bool_)
+    inside[dim] = points_facing_dark(elements.centre[dim], elements.normal[dim], lit.sides, lit.scenery.occluders)
+    return inside
 
 
 def _exposed_irradiance(

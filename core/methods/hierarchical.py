@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..hierarchy.corners import COVERED, Corners, corner_receivers, final_gather
-from ..hierarchy.exposed import shown_light
+from ..hierarchy.exposed import exposed_corners, shown_light
 from ..hierarchy.quality import QUALITIES
 from ..hierarchy.solve import Lit, patch_solution, solve
 from ..lighting.lamps import SkyLamp, direct_light
@@ -21,6 +21,7 @@ from ..progress import Progress
 from ..report import Energy, energy_balance
 from ..scene import Scene
 from ..settings import Settings
+from ..shading import smooth_groups
 from ..translucence import LightBehind, behind
 from ..visibility import Surroundings
 from .clock import Clock
@@ -78,8 +79,9 @@ def hierarchical(
         )
         lit = yield from clock.watch(steps)
 
-        corners = corner_receivers(scene)
-        shown = shown_light(lit, patches, corners.group)
+        shown = shown_light(lit, patches, smooth_groups(scene))
+        exposed = exposed_corners(shown, lit.elements, patches, len(scene.corner_vertex))
+        corners = corner_receivers(scene, exposed)
         lights = partial(final_gather, lit=lit, shown=shown, quality=quality, direct=direct, sky=sky)
 
         def gather(scene: Scene, corners: Corners, patches: Patches) -> Gathering:
