@@ -5,7 +5,7 @@ The modal operator steps such a generator, the command exhausts it, a test looks
 """
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from .arrays import FloatArray
@@ -52,3 +52,14 @@ def exhaust(steps: Generator[Progress, None, T]) -> T:
         except StopIteration as end:
             result: T = end.value
             return result
+
+
+def within(stage: str, steps: Generator[Progress, None, T]) -> Generator[Progress, None, T]:
+    """Run a computation as a part of a stage of another one, whose steps are told as that part's."""
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        yield replace(step, stage=f"{stage}: {step.stage.lower()}")

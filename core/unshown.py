@@ -9,7 +9,7 @@ import numpy as np
 
 from .arrays import BoolArray, FloatArray, IntArray
 from .meshing import Patches
-from .scene import BACK, BOTH, Scene
+from .scene import BOTH, Scene
 from .shading import corner_angles
 from .visibility import Surroundings
 
@@ -88,12 +88,7 @@ def light_between_corners(
         A line for each object whose corners show much more or much less light than there is, if it has a good part of
         what objects have on the mean: a house is little beside the land around it, and is what one looks at.
     """
-    shown = (patches.side > 0) | (scene.sides[patches.face] == BACK)
-    there = _face_means(scene, patches, irradiance.mean(axis=1), shown)
-    angle, count = corner_angles(scene), len(scene.face_area)
-    weighted = np.bincount(scene.corner_face, angle * corner_irradiance.mean(axis=1), count)
-    angles = np.bincount(scene.corner_face, angle, count)
-    seen = np.divide(weighted, angles, out=there.copy(), where=angles > 0)
+    there, seen = light_on_faces(scene, patches, irradiance, corner_irradiance)
     # What lamps receive is little beside what they emit.
     reflected = scene.face_area * scene.reflectance.mean(axis=1)
     power = _sums(scene, reflected * there + scene.face_area * scene.emission.mean(axis=1))
@@ -104,6 +99,31 @@ def light_between_corners(
         "size)"
     )
     return _told(scene, worth, what)
+
+
+def light_on_faces(
+    scene: Scene, patches: Patches, irradiance: FloatArray, corner_irradiance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the light on the side that each face shows, and what of it its corners tell.
+
+    Parameters
+    ----------
+    scene, patches, irradiance, corner_irradiance
+        See `light_between_corners`.
+
+    Returns
+    -------
+    there, seen : ndarray of shape (f,)
+        Means over the patches, and over the corners by their angles [W/m^2].
+    """
+    count = len(scene.face_area)
+    front = patches.side > 0
+    shown = front | (np.bincount(patches.face[front], minlength=count) == 0)[patches.face]
+    there = _face_means(scene, patches, irradiance.mean(axis=1), shown)
+    angle = corner_angles(scene)
+    weighted = np.bincount(scene.corner_face, angle * corner_irradiance.mean(axis=1), count)
+    angles = np.bincount(scene.corner_face, angle, count)
+    return there, np.divide(weighted, angles, out=there.copy(), where=angles > 0)
 
 
 def _room_behind(scene: Scene, faces: IntArray, occluders: Surroundings) -> BoolArray:

@@ -21,7 +21,7 @@ from ..core.report import scene_counts
 from ..core.scene import Scene
 from ..core.settings import Settings
 from .attribute_writer import Plan, plan_writing, write_attribute
-from .copies.baked_copy import CopyPlan, plan_copies, write_copies
+from .copies.baked_copy import CopyPlan, cut_finer, plan_copies, write_copies
 from .copies.collection import earlier_copies, originals_shown
 from .destination import COPY, Destination
 from .scene_reader import Reading, read_scene
@@ -92,7 +92,7 @@ def bake_scene(
     _require_light(reading.scene)
     plan: Plan | CopyPlan
     if destination.target == COPY:
-        plan = plan_copies(reading.scene, reading.targets, settings, destination, view_layer)
+        plan = plan_copies(reading.scene, reading.targets, destination, view_layer)
     else:
         plan = plan_writing(reading.targets, destination)
         plan = replace(plan, warnings=(*plan.warnings, *earlier_copies(scene)))
@@ -101,6 +101,10 @@ def bake_scene(
     del scene, view_layer, depsgraph
     yield Progress("Reading the scene", 1.0)
 
+    cutting = time.perf_counter()
+    if isinstance(plan, CopyPlan):
+        plan = yield from cut_finer(plan, settings)
+    seconds_cut = time.perf_counter() - cutting
     if isinstance(plan, CopyPlan):
         # Its faces are as fine as the patches.
         bake = yield from core_bake.bake(plan.scene, replace(settings, max_edge=None, subdivide=1))
@@ -113,7 +117,7 @@ def bake_scene(
     else:
         lost = write_attribute(plan, reading.scene, bake.corner_radiance)
     done = time.perf_counter()
-    seconds = {"read": seconds_read, "write": done - writing, "total": done - started}
+    seconds = {"read": seconds_read, "cut": seconds_cut, "write": done - writing, "total": done - started}
     report = _report(bake, reading, plan, lost, seconds)
     report["settings"] = asdict(settings) | asdict(destination)
     return SceneBake(report, bake)

@@ -125,6 +125,14 @@ def _add_destination(parser: argparse.ArgumentParser) -> None:
         "--hide-originals", action="store_true", default=None, help="hide what has a copy, in the scene that is saved"
     )
     parser.add_argument(
+        "--keep-faces",
+        action="store_false",
+        default=None,
+        dest="cut_large",
+        help="copies have the faces of their originals where no patch size is given, also those that are too large to "
+        "show their light",
+    )
+    parser.add_argument(
         "--domain",
         type=str.upper,
         choices=DOMAINS,

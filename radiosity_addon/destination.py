@@ -32,6 +32,8 @@ class Destination:
         modifiers applied and as fine as the patches.
     hide_originals : bool
         Whether what has a copy is hidden behind it.
+    cut_large : bool
+        Whether large faces of copies are cut where light changes on them, when no size of patches is chosen.
 
     Raises
     ------
@@ -44,6 +46,7 @@ class Destination:
     data_type: str = FLOAT
     target: str = IN_PLACE
     hide_originals: bool = False
+    cut_large: bool = True
 
     def __post_init__(self) -> None:
         """Refuse what Blender could not store, or would store under another name."""

@@ -60,6 +60,9 @@ class RADIOSITY_PT_output(_Sidebar, bpy.types.Panel):
         layout.prop(settings, "target")
         if settings.target == 'COPY':
             layout.prop(settings, "hide_originals")
+            row = layout.row()
+            row.active = settings.max_edge == 0.0 and settings.subdivide == 1
+            row.prop(settings, "cut_large")
         layout.prop(settings, "attribute")
         layout.prop(settings, "domain")
         layout.prop(settings, "data_type")

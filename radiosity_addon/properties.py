@@ -56,7 +56,8 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
     )
     max_edge: FloatProperty(
         name="Patch Size",
-        description="Longest edge of the patches that faces are split into for the bake; 0 keeps faces whole",
+        description="Longest edge of the patches that faces are split into for the bake; 0 keeps faces whole, "
+        "but for large ones of a baked copy",
         default=0.0,
         min=0.0,
         soft_max=10.0,
@@ -127,6 +128,11 @@ class RADIOSITY_PG_settings(bpy.types.PropertyGroup):
         name="Hide Originals",
         description="Hide objects that have a copy, in the viewport and in renders; they still count for bakes",
         default=DESTINATION.hide_originals,
+    )
+    cut_large: BoolProperty(
+        name="Cut Large Faces",
+        description="Cut the large faces of copies where light changes on them, if no Patch Size is chosen",
+        default=DESTINATION.cut_large,
     )
     domain: EnumProperty(
         name="Domain",
@@ -201,7 +207,9 @@ def chosen_destination(scene: bpy.types.Scene) -> Destination:
         Checked.
     """
     chosen = scene.radiosity
-    return Destination(chosen.attribute, chosen.domain, chosen.data_type, chosen.target, chosen.hide_originals)
+    return Destination(
+        chosen.attribute, chosen.domain, chosen.data_type, chosen.target, chosen.hide_originals, chosen.cut_large
+    )
 
 
 CLASSES = (RADIOSITY_PG_settings, RADIOSITY_PG_status)

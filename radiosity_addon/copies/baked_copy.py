@@ -7,8 +7,8 @@ corners of the copies are corners of what is computed, and shadows show between 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import bpy
@@ -16,6 +16,8 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.errors import RadiosityError
+from ...core.grading import graded
+from ...core.progress import Progress
 from ...core.refined_scene import refined_scene
 from ...core.refinement import Refinement, refine
 from ...core.scene import Scene
@@ -73,13 +75,9 @@ class CopyPlan:
 
 
 def plan_copies(
-    scene: Scene,
-    targets: tuple[Target, ...],
-    settings: Settings,
-    destination: Destination,
-    layer: bpy.types.ViewLayer,
+    scene: Scene, targets: tuple[Target, ...], destination: Destination, layer: bpy.types.ViewLayer
 ) -> CopyPlan:
-    """Decide what gets copies, and cut the scene as fine as its patches.
+    """Decide what gets copies, as fine as the scene is.
 
     Parameters
     ----------
@@ -87,8 +85,6 @@ def plan_copies(
         That was read.
     targets : tuple of Target
         Its objects.
-    settings : core.settings.Settings
-        Give the size of patches.
     destination : Destination
     layer : bpy.types.ViewLayer
         That was read.
@@ -100,14 +96,41 @@ def plan_copies(
     Raises
     ------
     RadiosityError
-        When nothing wants colors, or there would be too many faces.
+        When nothing wants colors.
     """
     require_receivers(targets)
     wanted = tuple(target for target in targets if target.receives)
-    whole = settings.max_edge is None and settings.subdivide == 1 and bool(np.isnan(scene.max_edge).all())
-    fine = None if whole else refine(scene, settings.max_edge, settings.subdivide)
-    lit = scene if fine is None else refined_scene(scene, fine)
-    return CopyPlan(destination, wanted, lit, scene, fine, layer.id_data.name, layer.name, ())
+    return CopyPlan(destination, wanted, scene, scene, None, layer.id_data.name, layer.name, ())
+
+
+def cut_finer(plan: CopyPlan, settings: Settings) -> Generator[Progress, None, CopyPlan]:
+    """Cut the scene of a plan as fine as its patches.
+
+    Parameters
+    ----------
+    plan : CopyPlan
+    settings : core.settings.Settings
+        Give the size of patches; where they give none, the light decides, if large faces are to be cut.
+
+    Yields
+    ------
+    core.progress.Progress
+
+    Returns
+    -------
+    CopyPlan
+
+    Raises
+    ------
+    RadiosityError
+        When there would be too many faces.
+    """
+    chosen, own = settings.max_edge is not None or settings.subdivide > 1, np.isfinite(plan.read.max_edge).any()
+    if plan.destination.cut_large and not chosen:
+        fine = yield from graded(plan.read, settings)
+    else:
+        fine = refine(plan.read, settings.max_edge, settings.subdivide) if chosen or own else None
+    return plan if fine is None else replace(plan, fine=fine, scene=refined_scene(plan.read, fine))
 
 
 def write_copies(plan: CopyPlan, corner_radiance: FloatArray) -> list[str]:

@@ -131,10 +131,13 @@ def bake(scene, blender: ModuleType):
 
 @pytest.fixture
 def bake_copies(press, blender: ModuleType):
-    """Give a function that presses the button with Baked Copy chosen, and returns all that is with the copies."""
+    """Give a function that presses the button with Baked Copy chosen, and returns all that is with the copies.
+
+    Their faces are those of the originals, unless something else is asked for.
+    """
 
     def bake(**settings):
-        assert press(target='COPY', **settings) == {'FINISHED'}
+        assert press(**{"target": 'COPY', "cut_large": False} | settings) == {'FINISHED'}
         return list(copy_collection(blender).objects)
 
     return bake
