@@ -95,8 +95,8 @@ def light_between_corners(
     missed = _sums(scene, reflected * np.abs(seen - there))
     worth = (missed > _MISSED * power) & (power > _WORTH * power.mean())
     what = (
-        "its faces are too large to show the light between their corners (subdivide it, or bake a copy with a patch "
-        "size)"
+        "its faces are too large to show the light between their corners (subdivide it, or bake a copy, whose faces "
+        "are cut)"
     )
     return _told(scene, worth, what)
 

@@ -65,6 +65,19 @@ def test_faces_are_as_fine_as_the_patches_and_shadows_show_between_far_vertices(
     assert np.sign(np.linalg.det(np.array(copy.matrix_world)[:3, :3])) == scale
 
 
+def test_large_faces_are_cut_where_nobody_has_chosen_a_size(bake_copies, scene, blender):
+    _, floor = lit_floor(scene)
+    add_mesh(scene, "Plate", [(0.9, 0.4, 0.1), (1.1, 0.4, 0.1), (1.1, 0.6, 0.1), (0.9, 0.6, 0.1)], [(0, 1, 2, 3)])
+    copy = bake_copies(cut_large=True)[1]
+    place, light = world(copy), colors(copy.data)[:, 0]
+    under, beside = (np.linalg.norm(place - at, axis=1).argmin() for at in ((1.0, 0.5, 0.0), (1.0, 0.0, 0.0)))
+    assert light[under] < 0.4 * light[beside]
+    assert len(floor.data.polygons) == 1 and not floor.data.color_attributes
+    # A size, or the wish to leave faces as they are, is heard.
+    assert len(bake_copies(cut_large=True, max_edge=0.5)[1].data.polygons) == 8
+    assert len(bake_copies(cut_large=False, max_edge=0.0)[1].data.polygons) == 1
+
+
 def test_everything_that_a_mesh_carries_is_on_the_finer_one(bake_copies, scene, blender):
     lit_floor(scene)
     box = add_mesh(scene, "Box", np.array(CUBE_VERTICES) * (2, 1, 1), CUBE_FACES, glowing(name="A"))

@@ -109,6 +109,16 @@ def test_copies_are_what_is_exported_and_drawn(blender, room, run, tmp_path):
     assert len(copy.data.polygons) == 24 and not copy.hide_render
 
 
+@pytest.mark.parametrize("keep", [True, False])
+def test_copies_keep_large_faces_where_that_is_asked_for(blender, room, run, tmp_path, keep):
+    out = tmp_path / "o.blend"
+    words = ["--output", out, "--target", "copy", "--quality", "preview", *["--keep-faces"] * keep]
+    assert run(room, *words)[0] == 0
+    blender.ops.wm.open_mainfile(filepath=str(out))
+    count = len(blender.data.objects["Room Baked"].data.polygons)
+    assert count == 6 if keep else count > 100
+
+
 def test_the_input_is_overwritten_when_it_is_named(blender, room, run):
     assert run(room, "--output", room)[0] == 0
     blender.ops.wm.open_mainfile(filepath=str(room))
