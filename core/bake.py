@@ -10,6 +10,7 @@ import numpy as np
 
 from .arrays import FloatArray
 from .errors import RadiosityError
+from .facing.doubles import without_doubles
 from .facing.sides import choose_sides, island_counts
 from .memory import peak_memory
 from .meshing import Patches, mesh
@@ -96,7 +97,7 @@ def bake(
     occluders = occluders or scene_occluders(scene, patches)
     yield Progress("Surfaces", 1.0)
     if (scene.sides == AUTO).any():
-        scene = choose_sides(scene, patches, occluders, settings.sides, seed=settings.seed)
+        scene = without_doubles(choose_sides(scene, patches, occluders, settings.sides, seed=settings.seed))
         patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
     meshed = time.perf_counter()
     solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)
