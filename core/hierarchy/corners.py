@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..progress import Progress
-from ..scene import Scene
+from ..scene import BOTH, Scene
 from ..shading import shown_face_normals, shown_normals, smooth_groups
 from ..visibility import Occluders
 from .elements import Elements
@@ -20,7 +20,7 @@ from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
 from .glances import COVERED, Corners, Glance, glances
 from .meetings import at_edges, exchange, find_meetings
-from .probes import points_facing_dark
+from .probes import points_among_dark
 from .quality import Quality
 from .receivers import SPARSE_SIZE, DirectLight
 from .scenery import relit
@@ -95,9 +95,13 @@ def _lift(scene: Scene, point: Float, normal: Float, group: Int) -> Float:
     """Return how far to raise receivers along their normals to stand above all of their own faces, shape (q,) [m].
 
     Where a smooth surface is hollow and its faces differ in size, the plane across the normal runs behind some of them.
+    Some corners of a bent face are behind it: where its back has light, too, they would look at that from inside.
     """
-    own = shown_face_normals(scene)[scene.corner_face]
+    face = scene.corner_face
+    own = shown_face_normals(scene)[face]
     behind = -((point[group] - scene.vertices[scene.corner_vertex]) * own).sum(axis=1)
+    inside = -((point[group] - _middles(scene)[face]) * own).sum(axis=1)
+    behind = np.where(scene.sides[face] == BOTH, np.maximum(behind, inside), behind)
     needed = behind / np.maximum((normal[group] * own).sum(axis=1), _SLANTING)
     order = np.argsort(group, kind="stable")
     begin = np.searchsorted(group[order], np.arange(len(point)))
@@ -166,7 +170,7 @@ def final_gather(
     arriving = (lamps + glance.others + above)[:, :3]
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     dim = known & ~covered & (arriving.sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
-    covered[dim] = points_facing_dark(corners.point[dim], corners.normal[dim], lit.sides, lit.scenery.occluders)
+    covered[dim] = points_among_dark(corners.point[dim], corners.normal[dim], lit.sides, lit.scenery.occluders)
     outside = past_walls(corners, edges, arriving, lit.scenery.occluders)
     covered[outside[0]] = True
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)

@@ -14,6 +14,8 @@ from .vectors import across
 # Directions that each is probed in, and in how many rounds. An opening that fills a twentieth of what is seen must not
 # slip through: its light would be made up by that of the walls around it.
 _PROBES, _ROUNDS = 96, 8
+# Directions that tell whether a point is inside of something, and the share that then meets sides without light.
+_LOOKS, _MOST = 12, 0.5
 
 
 def receivers_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
@@ -65,19 +67,43 @@ def points_facing_dark(
     return np.asarray((face >= 0) & (lit == np.where(front, BACK, FRONT)))
 
 
+def points_among_dark(
+    point: Float, normal: Float, sides: NDArray[np.uint8] | None, occluders: Surroundings
+) -> NDArray[np.bool_]:
+    """Tell which points look at a side without light, or mostly at such sides, as inside of a wall.
+
+    Other walls may end in there, with their lit side. Parameters and result as of `points_facing_dark`.
+    """
+    dark = points_facing_dark(point, normal, sides, occluders)
+    asked = np.flatnonzero(~dark)
+    if len(asked):
+        axis = np.repeat(normal[asked, None], _LOOKS, axis=1)
+        start = np.repeat(point[asked, None], _LOOKS, axis=1)
+        seen = points_facing_dark(start.reshape(-1, 3), _ways(axis).reshape(-1, 3), sides, occluders)
+        dark[asked] = seen.reshape(-1, _LOOKS).mean(axis=1) >= _MOST
+    return dark
+
+
+def _ways(axis: Float) -> Float:
+    """Return directions round axes of shape (k, n, 3), as much as each counts, and even round the axis."""
+    probes = axis.shape[1]
+    cosine = np.sqrt((np.arange(probes) + 0.5) / probes)
+    angle = 2 * np.pi * GOLDEN * np.arange(len(axis) * probes).reshape(-1, probes)
+    t = across(axis)
+    b = np.cross(axis, t)
+    sine = np.sqrt(1 - cosine * cosine)
+    around = (sine * np.cos(angle))[:, :, None] * t + (sine * np.sin(angle))[:, :, None] * b
+    ways: Float = cosine[:, None] * axis + around
+    return ways
+
+
 def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
     """Return whether all probes from origins (k, probes, 3), round axes of the same shape, are blocked."""
     if not len(axis):
         return np.zeros(0, bool)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     far = 4 * float(np.sqrt(((high - low) ** 2).sum())) + 1e-300
-    # As much as each direction counts, and even round the axis.
-    cosine = np.sqrt((np.arange(_PROBES) + 0.5) / _PROBES)
-    angle = 2 * np.pi * GOLDEN * np.arange(len(axis) * _PROBES).reshape(-1, _PROBES)
-    t = across(axis)
-    b = np.cross(axis, t)
-    sine = np.sqrt(1 - cosine * cosine)
-    way = cosine[:, None] * axis + (sine * np.cos(angle))[:, :, None] * t + (sine * np.sin(angle))[:, :, None] * b
+    way = _ways(axis)
     shut = np.ones(len(axis), bool)
     # A few at a time: who has found a way out needs no more.
     for few in range(_ROUNDS):

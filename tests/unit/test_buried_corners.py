@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Corners inside of other geometry: neither black, nor lit from the room next door."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -68,3 +70,21 @@ def test_books_of_triangles_that_run_into_each_other(box, light):
     cover = np.repeat([np.ptp(face[:, 0]) == 0 and face[0, 0] > 1 for face in thin], 3)
     sunk = places[:, 1] > 1.1
     assert found[cover & sunk].min() > 0.3 * found[cover & ~sunk].max() > 0.01
+
+
+def test_walls_that_end_in_the_middle_of_other_walls(box, light):
+    """Their ends look along the inside of those, at the end of the wall across."""
+    slabs = [
+        box((2.4, 2.4, 0.2), (-0.2, -0.2, -0.2), inward=False),
+        box((2.4, 2.4, 0.2), (-0.2, -0.2, 2.0), inward=False),
+        box((2.4, 0.2, 2.0), (-0.2, -0.2, 0.0), inward=False),
+        box((2.4, 0.2, 2.0), (-0.2, 2.0, 0.0), inward=False),
+        box((0.2, 2.2, 2.0), (2.0, -0.1, 0.0), inward=False),
+    ]
+    rows = np.linspace(0, 2, 9)
+    cells = [(y, z) for y in ((-0.1, 0.3), (0.3, 1.7), (1.7, 2.1)) for z in pairwise(rows)]
+    wall = [np.array([(0, y0, z0), (0, y1, z0), (0, y1, z1), (0, y0, z1)]) for (y0, y1), (z0, z1) in cells]
+
+    found, places = baked(light, [*slabs, wall], (0.8, 0.8, 1.8))
+    ends = ((places[:, 1] < 0) | (places[:, 1] > 2)) & (places[:, 2] > 0) & (places[:, 2] < 2)
+    assert found[ends].min() > 0.3 * found[~ends].mean() > 0.005
