@@ -171,7 +171,7 @@ def final_gather(
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     dim = known & ~covered & (arriving.sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
     covered[dim] = points_among_dark(corners.point[dim], corners.normal[dim], lit.sides, lit.scenery.occluders)
-    outside = past_walls(corners, edges, arriving, lit.scenery.occluders)
+    outside = past_walls(corners, edges, arriving, lit.sides, lit.scenery.occluders)
     covered[outside[0]] = True
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
     light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS)

@@ -6,9 +6,11 @@ show along the foot of the house. So such a corner has the light of those on thi
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..visibility import Occluders
+from ..visibility import Surroundings
 from .glances import Corners
+from .probes import points_among_dark
 from .tree import Float, Int
 
 # A corner with less than this share of its neighbour's light is in the dark.
@@ -18,7 +20,13 @@ _BLACK = 0.02
 _SHORT, _LIFT = 0.9, 0.02
 
 
-def past_walls(corners: Corners, edges: tuple[Int, Int], arriving: Float, occluders: Occluders) -> tuple[Int, Int]:
+def past_walls(
+    corners: Corners,
+    edges: tuple[Int, Int],
+    arriving: Float,
+    sides: NDArray[np.uint8] | None,
+    occluders: Surroundings,
+) -> tuple[Int, Int]:
     """Find corners in the dark that a wall parts from neighbours in the light.
 
     Parameters
@@ -28,7 +36,10 @@ def past_walls(corners: Corners, edges: tuple[Int, Int], arriving: Float, occlud
         Who is a neighbour of whom, see `filter.mesh_edges`.
     arriving : ndarray of shape (q, 3)
         What arrives at each [W/m^2].
-    occluders : Occluders
+    sides : ndarray of shape (f,) or None
+        Which sides of all faces that block have light, see `Scene`: a dark room, whose walls could have some, is not
+        the inside of a wall.
+    occluders : Surroundings
 
     Returns
     -------
@@ -43,7 +54,10 @@ def past_walls(corners: Corners, edges: tuple[Int, Int], arriving: Float, occlud
     high = _LIFT * np.sqrt((way * way).sum(axis=1))[:, None] * corners.normal[dark]
     start = corners.point[dark] + high
     parted = occluders.blocked(start, start + _SHORT * way)
-    return dark[parted], bright[parted]
+    dark, bright = dark[parted], bright[parted]
+    asked, which = np.unique(dark, return_inverse=True)
+    buried = points_among_dark(corners.point[asked], corners.normal[asked], sides, occluders)[which.ravel()]
+    return dark[buried], bright[buried]
 
 
 def with_light_outside(light: Float, pairs: tuple[Int, Int]) -> Float:
