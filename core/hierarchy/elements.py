@@ -18,20 +18,23 @@ from ..meshing import Patches
 from ..occlusion.core_part import core_part
 from ..translucence import piece_translucence
 from ..visibility import Occluders
+from .overhangs import hung_over, shown_middles, stood_on
+from .pieces import centres, flat_measures, quarters
 from .tree import Float, Int
 from .unblocked import Unblocked, unblocked_light
 
 _DEEPEST = 6
-# Splits where something stands on a patch, and how high above it that is looked for, as a share of its size.
+# Splits where something stands on a patch.
 _CONTACT_DEPTH = 2
 # ... and how large it has to be for that, as a share of the largest element's area: blades of grass stand on nothing.
 _CONTACT = 1 / 256
-_LIFT = 0.02
-# Elements with less than this share of the largest one's area are fine enough, whatever hangs over them; how high and
-# from where that is looked for, as shares of their size and of the way from the corners.
-_WORTH_HALVING, _HEIGHT, _INWARDS = 0.25, 2.0, 0.1
+# Elements with less than this share of the largest one's area are fine enough, whatever hangs over them.
+_WORTH_HALVING = 0.25
 # No more elements than this many times the patches, whatever the lamps; but so many may always be.
 _MOST, _FEW = 4, 4000
+# So many pieces, in shares of the patches, are kept for where light straight from lamps changes, however large the
+# other elements are: half a patch under a lamp that hangs close to it would shine into the room with all that it gets.
+_FOR_LAMPS = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,7 @@ class Elements:
     corners : ndarray of shape (n, 4, 3)
         Counter-clockwise seen from the radiating side; a triangle repeats its last corner [m].
     centre, normal : ndarray of shape (n, 3)
-        [m]; unit length.
+        In the middle, or of what shows where something hangs right over an end [m]; unit length.
     area : ndarray of shape (n,)
         [m^2].
     patch : ndarray of shape (n,)
@@ -93,27 +96,31 @@ def split_patches(
     shining = unblocked_light(patches, lamps, tolerance)
     done = []
     corners, room, apart = patches.corners, max(_MOST * len(patch), _FEW), _FEW
+    kept = max(int(_FOR_LAMPS * len(patch)), _FEW)
     reflected = patches.reflectance.mean(axis=1)
     core = core_part(corners.min(axis=1), corners.max(axis=1))
     for depth in range(_DEEPEST + 1):
         area = patches.area[patch] / 4**depth
         # What is far away may be as much larger.
         extent = area / (size * core.size * (1.0 + core.away(corners))) ** 2
-        deeper, urgency = _DEEPEST - depth, extent.copy()
+        deeper, urgency, misplaced = _DEEPEST - depth, extent.copy(), np.zeros(len(patch))
         if len(patch) and shining.power > 0:
-            misplaced = 3 * reflected[patch] * _spread(corners, shining) * area
-            urgency = np.maximum(urgency, misplaced / (tolerance * shining.power))
+            misplaced = 3 * reflected[patch] * _spread(corners, shining) * area / (tolerance * shining.power)
+            urgency = np.maximum(urgency, misplaced)
         if len(patch) and depth < _CONTACT_DEPTH:
             large = np.flatnonzero(extent > _CONTACT)
-            stood = large[_stood_on(corners[large], occluders)]
+            stood = large[stood_on(corners[large], occluders)]
             urgency[stood] = np.maximum(urgency[stood], extent[stood] / _CONTACT)
         large = np.flatnonzero((extent > _WORTH_HALVING) & (urgency <= 1))
-        hung = large[_hung_over(corners[large], occluders)]
+        hung = large[hung_over(corners[large], occluders)]
         urgency[hung] = 1.0 + extent[hung]
         coarse = (urgency > 1) & (depth < _DEEPEST)
         both = piece_translucence(corners, patch, patches)
         if both is None:
+            wanted = coarse.copy()
             room = _afforded(coarse, np.arange(len(patch)), urgency, extent, deeper, room)
+            more = _most_urgent(np.where(wanted & ~coarse, misplaced, 0.0), kept // (8 if deeper > 1 else 4))
+            coarse, kept = coarse | more, kept - 4 * int(more.sum())
         else:
             # What shines through is cut alike on both sides, and finely however many other patches there are.
             coarse[both.piece] |= coarse[both.other]
@@ -129,7 +136,7 @@ def split_patches(
     corners = np.concatenate((corners[~late], quarters(corners[late])))
     patch = np.concatenate((patch[~late], np.repeat(patch[late], 4)))
     order = np.argsort(patch, kind="stable")
-    return _measured(corners[order], patch[order], patches)
+    return _measured(corners[order], patch[order], patches, occluders)
 
 
 def _afforded(coarse: NDArray[np.bool_], which: Int, urgency: Float, extent: Float, deeper: int, room: int) -> int:
@@ -165,67 +172,20 @@ def _splits(extent: Float, deeper: int) -> Int:
     return np.asarray(4 * (4**halvings - 1) // 3)
 
 
-def quarters(corners: Float) -> Float:
-    """Split quads and triangles into four alike, one after the other; `(n, 4, 3)` to `(4 n, 4, 3)`."""
-    a, b, c, d = corners.transpose(1, 0, 2)
-    triangle = (c == d).all(axis=1)[:, None]
-    ab, bc, cd, da = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + d), 0.5 * (d + a)
-    middle = 0.5 * (ab + cd)
-    quads: Float = np.stack((a, ab, middle, da, ab, b, bc, middle, middle, bc, c, cd, da, middle, cd, d), axis=1)
-    ca = 0.5 * (c + a)
-    triangles: Float = np.stack((a, ab, ca, ca, ab, b, bc, bc, ca, bc, c, c, ab, bc, ca, ca), axis=1)
-    return np.where(triangle[:, None], triangles, quads).reshape(-1, 4, 3)
-
-
-def centres(corners: Float) -> Float:
-    """Return the middles of quads and triangles, shape (n, 3) [m]."""
-    triangle = (corners[:, 2] == corners[:, 3]).all(axis=1)[:, None]
-    middle: Float = np.where(triangle, corners[:, :3].mean(axis=1), corners.mean(axis=1))
-    return middle
-
-
 def _spread(corners: Float, shining: Unblocked) -> Float:
     """Return how far the unblocked direct light of an element's quarters lies from their mean [W/m^2]."""
     # Quarters and the whole: a lamp may hang right below the middle.
     parts = np.concatenate((quarters(corners).reshape(-1, 4, 4, 3).transpose(1, 0, 2, 3), corners[None]))
-    normal, area = _flat_measures(parts.reshape(-1, 4, 3))
+    normal, area = flat_measures(parts.reshape(-1, 4, 3))
     point = centres(parts.reshape(-1, 4, 3)).reshape(5, -1, 3)
     five = shining.irradiance(point, normal.reshape(5, -1, 3), np.sqrt(area.reshape(5, -1)[4]))
     spread: Float = np.abs(five - five.mean(axis=0)).mean(axis=0)
     return spread
 
 
-def _stood_on(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Return on which elements something stands between the middle and a quarter's middle, shape (n,)."""
-    middle = centres(corners)
-    around = centres(quarters(corners))
-    normal, area = _flat_measures(corners)
-    lift = _LIFT * np.sqrt(area)[:, None] * normal
-    between = occluders.blocked(np.repeat(middle + lift, 4, axis=0), around + np.repeat(lift, 4, axis=0))
-    stood: NDArray[np.bool_] = between.reshape(-1, 4).any(axis=1)
-    return stood
-
-
-def _hung_over(corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Return over which elements something hangs that ends within them, and not high, shape (n,)."""
-    around = (corners + _INWARDS * (centres(corners)[:, None] - corners)).reshape(-1, 3)
-    normal, area = _flat_measures(corners)
-    up = np.repeat(np.sqrt(area)[:, None] * normal, 4, axis=0)
-    under = occluders.blocked(around + _LIFT * up, around + _HEIGHT * up).reshape(-1, 4)
-    hung: NDArray[np.bool_] = under.any(axis=1) & ~under.all(axis=1)
-    return hung
-
-
-def _flat_measures(corners: Float) -> tuple[Float, Float]:
-    """Return unit normals, shape (n, 3), and areas as seen along them, shape (n,) [m^2]."""
-    vector = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    area: Float = np.sqrt((vector * vector).sum(axis=1))
-    return vector / np.maximum(area, 1e-300)[:, None], area
-
-
-def _measured(corners: Float, patch: Int, patches: Patches) -> Elements:
+def _measured(corners: Float, patch: Int, patches: Patches, occluders: Occluders) -> Elements:
     """Return elements with their measures; one that is a whole patch keeps the patch's own."""
-    normal, area = _flat_measures(corners)
+    normal, area = flat_measures(corners)
     whole = np.bincount(patch, minlength=len(patches.area))[patch] == 1
     area[whole], normal[whole] = patches.area[patch[whole]], patches.normal[patch[whole]]
-    return Elements(corners, centres(corners), normal, area, patch, *patches.surface(corners, patch))
+    return Elements(corners, shown_middles(corners, occluders), normal, area, patch, *patches.surface(corners, patch))

@@ -21,7 +21,7 @@ from .receivers import Receivers, group_receivers
 from .rows import Rows, gather, received
 from .samples import Samples
 from .scenery import Scenery, build_scenery, node_means
-from .transport import BALANCE, of_leaves
+from .transport import of_leaves, put_right
 from .tree import Float, Int
 
 STAGE = "First look"
@@ -83,8 +83,8 @@ class Look:
         if sums is not None and len(self.shining) <= MOST_LAMPS:
             received_by = [received(part, self.receivers, A[order], len(sources.area)) for part in self.rows]
             arrives = of_leaves(sources, np.sum(received_by, axis=0))
-            share = sums[self.shining] / np.where(arrives > 0, arrives, 1)
-            E = E * np.where(arrives > 0, np.clip(share, 1 / BALANCE, BALANCE), 1)[:, None]
+            power = self.elements.area[self.shining] * E.sum(axis=1)
+            E = E * put_right(sources.tree, power * sums[self.shining], power * arrives)[:, None]
         means = node_means(sources, self.elements.area[self.shining], E)
         H[order] = np.concatenate([gather(part, self.receivers, means) for part in self.rows])
         return self.samples.spread(H)

@@ -18,7 +18,7 @@ from .rows import Rows, gather, received
 from .samples import Samples
 from .scenery import node_means
 from .sources import Sources
-from .tree import Float
+from .tree import Float, Tree
 
 # What is received from a lamp, and from all others, may be put right by this factor at most: more would let errors of
 # hidden places out, such as the gap between a lamp and its ceiling.
@@ -101,10 +101,10 @@ class HierarchicalTransport:
         """
         sure = self.lamp & (self.arrives > 0)
         balance = np.ones(len(self.area))
-        balance[sure] = np.clip(self.sums[sure] / self.arrives[sure], 1 / BALANCE, BALANCE)
-        power = self.area * radiosity.sum(axis=1)
-        missing = float(power @ (self.sums - balance * self.arrives))
-        others = float(power[~sure] @ self.arrives[~sure])
+        lamps = np.where(sure, self.area, 0)
+        balance[sure] = put_right(self.sources.tree, lamps * self.sums, lamps * self.arrives)[sure]
+        power = np.where(sure, 0, self.area * radiosity.sum(axis=1))
+        missing, others = float(power @ (self.sums - self.arrives)), float(power @ self.arrives)
         if others > abs(missing):
             balance[~sure] += np.clip(missing / others, 1 / OTHERS - 1, OTHERS - 1)
         return replace(self, balance=balance)
@@ -158,3 +158,30 @@ def of_leaves(sources: Sources, received: Float) -> Float:
     arrives = np.zeros(len(tree.order))
     arrives[tree.order[tree.start[leaf]]] = nodes[leaf]
     return arrives
+
+
+def put_right(tree: Tree, sent: Float, arrives: Float) -> Float:
+    """Return what the light of lamps is multiplied with so that all of it arrives that was sent, shape (l,).
+
+    A piece of a lamp close to a wall lights the middles of large elements there, or misses them, which tells nothing of
+    this piece. Where that comes to more than `BALANCE`, the cluster of lamps that it belongs to is asked.
+
+    Parameters
+    ----------
+    tree : Tree
+        Of the lamps, or of more.
+    sent, arrives : ndarray of shape (l,)
+        Light of each that meets an element, and that elements receive, in the same unit.
+    """
+    told = tree.sums(np.column_stack((sent, arrives)))
+    share = told[:, 0] / np.maximum(told[:, 1], 1e-300)
+    sure = (share >= 1 / BALANCE) & (share <= BALANCE)
+    share[0] = np.clip(share[0], 1 / BALANCE, BALANCE)
+    for first, last in tree.levels:
+        inner = first + np.flatnonzero(tree.child[first:last] >= 0)
+        for child in (tree.child[inner], tree.child[inner] + 1):
+            share[child] = np.where(sure[child], share[child], share[inner])
+    leaf = np.flatnonzero(tree.child < 0)
+    of_lamp = np.ones(len(tree.order))
+    of_lamp[tree.order[tree.start[leaf]]] = share[leaf]
+    return of_lamp

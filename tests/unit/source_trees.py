@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from core.hierarchy.elements import centres, quarters
+from core.hierarchy.pieces import centres, quarters
 from core.hierarchy.sources import build_sources
 
 

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.form_factors import point_to_polygon
-from core.hierarchy.elements import centres
 from core.hierarchy.kernels import far_form_factors, near_form_factors
 from core.hierarchy.links import find_links
+from core.hierarchy.pieces import centres
 from core.hierarchy.rays import visible_share
 from core.hierarchy.receivers import group_receivers
 from core.hierarchy.source_points import SourcePoints

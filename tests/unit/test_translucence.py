@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from core.hierarchy.elements import quarters
+from core.hierarchy.pieces import quarters
 from core.hierarchy.quality import QUALITIES
 from core.hierarchy.relight import prepare_relighting, relight
 from core.hierarchy.solve import solve
