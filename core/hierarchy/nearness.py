@@ -55,7 +55,7 @@ def draw_near(point: Float, u: Float, v: Float, corners: Float, normal: Float) -
     point : ndarray of shape (k, 3)
         Receivers [m].
     u, v : ndarray of shape (k,)
-        Numbers in [0, 1), for a triangle with a sum of at most one.
+        Numbers in [0, 1).
     corners, normal
         See `nearest_points`.
 
@@ -67,7 +67,7 @@ def draw_near(point: Float, u: Float, v: Float, corners: Float, normal: Float) -
         Density of points spread evenly, over that of these.
     """
     nearest = nearest_points(point, corners, normal)
-    even, weight = _spread(u, v, corners, nearest)
+    even, weight = _spread(u, v, corners, normal, nearest)
     to = even - nearest
     height = _squared(point - nearest)
     height = np.maximum(height, _LEAST**2 * _squared(corners[:, 2] - corners[:, 0]))
@@ -84,10 +84,9 @@ def _squared(vector: Float) -> Float:
     return dots(vector, vector)
 
 
-def _spread(u: Float, v: Float, corners: Float, nearest: Float) -> tuple[Float, Float]:
-    """Return points of the polygons, as many on either side of the nearest one however narrow that is; see above."""
+def _spread(u: Float, v: Float, corners: Float, normal: Float, nearest: Float) -> tuple[Float, Float]:
+    """Return points of the polygons, as many on all sides of the nearest one however narrow those are; see above."""
     a, b, c, d = corners.transpose(1, 0, 2)
-    quad = ~(c == d).all(axis=1)
     along, across = b - a, d - a
     aa, ab, bb = (dots(x, y) for x, y in ((along, along), (along, across), (across, across)))
     offset = nearest - a
@@ -95,9 +94,26 @@ def _spread(u: Float, v: Float, corners: Float, nearest: Float) -> tuple[Float, 
     determinant = np.maximum(aa * bb - ab * ab, _TINY)
     beside_u, weight_u = _either_side(u, (oa * bb - ob * ab) / determinant)
     beside_v, weight_v = _either_side(v, (ob * aa - oa * ab) / determinant)
-    u, v = np.where(quad, beside_u, u)[:, None], np.where(quad, beside_v, v)[:, None]
-    bend = np.where(quad[:, None], a - b + c - d, 0)
-    return a + u * along + v * across + u * v * bend, np.where(quad, weight_u * weight_v, 1)
+    share_u, share_v = beside_u[:, None], beside_v[:, None]
+    point, weight = a + share_u * along + share_v * across + share_u * share_v * (a - b + c - d), weight_u * weight_v
+    three = np.flatnonzero((c == d).all(axis=1))
+    point[three], weight[three] = _fan(u[three], v[three], corners[three, :3], normal[three], nearest[three])
+    return point, weight
+
+
+def _fan(u: Float, v: Float, corners: Float, normal: Float, nearest: Float) -> tuple[Float, Float]:
+    """Return points of triangles, as many towards each edge that the nearest point is not on, as `_spread` does."""
+    to = corners - nearest[:, None]
+    area = np.stack([dots(crosses(to[:, k], to[:, (k + 1) % 3]), normal) for k in range(3)], axis=1)
+    area = np.where(area > _RIM * area.max(axis=1, keepdims=True), area, 0)
+    open_, count = area > 0, np.maximum(np.count_nonzero(area, axis=1), 1)
+    turn = np.minimum((u * count).astype(np.int64), count - 1)
+    edge = ((np.cumsum(open_, axis=1) == turn[:, None] + 1) & open_).argmax(axis=1)
+    row, far = np.arange(len(u)), (u * count - turn)[:, None]
+    # Never the nearest point itself, which is on no line from there.
+    share = np.sqrt(np.maximum(v, _RIM * _RIM))[:, None]
+    point = nearest + share * ((1 - far) * to[row, edge] + far * to[row, (edge + 1) % 3])
+    return point, count * area[row, edge] / np.maximum(area.sum(axis=1), _TINY)
 
 
 def _either_side(u: Float, at: Float) -> tuple[Float, Float]:

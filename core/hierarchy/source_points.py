@@ -107,7 +107,5 @@ class SourcePoints:
         apart = picked(point, close) - picked(sources.centre, s)
         near = dots(apart, apart) < (_CLOSE * sources.radius[s]) ** 2
         close, slot = close[near], sources.tree.start[s[near]]
-        u, v = u[close], v[close]
-        fold = self._triangle[slot] & (u + v > 1)
-        u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
-        return close, *draw_near(picked(point, close), u, v, picked(self._corners, slot), picked(self._normals, slot))
+        corners, normal = picked(self._corners, slot), picked(self._normals, slot)
+        return close, *draw_near(picked(point, close), u[close], v[close], corners, normal)
