@@ -82,8 +82,8 @@ QUALITIES = {
         samples=14_000,
         corners=30_000,
         direct=Detail(0.5, 0.004, 0.01, 16),
-        solve=Detail(0.5, 0.0005, 0.005, 16),
-        gather=Detail(0.4, 0.0004, 0.0012, 48),
+        solve=Detail(0.5, 0.0003, 0.003, 16),
+        gather=Detail(0.4, 0.0002, 0.0012, 48),
     ),
     "production": Quality(
         split=1e-5,
@@ -92,6 +92,6 @@ QUALITIES = {
         corners=80_000,
         direct=Detail(0.35, 0.001, 0.004, 32),
         solve=Detail(0.35, 0.0002, 0.002, 32),
-        gather=Detail(0.3, 0.00025, 0.0008, 64),
+        gather=Detail(0.3, 0.0001, 0.0008, 64),
     ),
 }
