@@ -53,9 +53,8 @@ class CopyPlan:
     targets : tuple of Target
         What gets a copy.
     scene : core.scene.Scene
-        What is to be lit; cut finer where patches are finer than faces.
+        What is to be lit: `read`, cut finer where patches are finer than faces.
     read : core.scene.Scene
-        As it was read.
     fine : Refinement or None
         What of the scene that was read it is made of; None where it is the same.
     scene_name, layer_name : str
