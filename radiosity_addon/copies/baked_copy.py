@@ -29,10 +29,10 @@ from ..modes import leave_modes_with_own_undo
 from ..objects.remade import Remade, remake
 from ..objects.targets import Target, require_receivers
 from ..placement import place
-from ..wording import listed
 from .collection import COPY_OF, originals_shown, replace_copies
-from .finer_mesh import finer_mesh, left_out
+from .finer_mesh import finer_mesh
 from .look import carry_look
+from .losses import left_out_of_copy, make_room
 from .parts import Part, split
 
 if TYPE_CHECKING:
@@ -201,16 +201,18 @@ def _copies(
     for one, part in zip(remade, parts, strict=True):
         target, mesh = one.target, one.mesh
         corner, corner_vertex = target.evaluated_corner, target.evaluated.corner_vertex
-        if part is not None:
+        if part is not None and part.whole:
+            corner = part.scene_corner
+        elif part is not None:
             mesh = finer_mesh(one.mesh, part, one.mesh.name)
             made.append(mesh)
-            notes += _losses(one.mesh, target)
+            notes += left_out_of_copy(one.mesh, target)
             corner, corner_vertex = part.scene_corner, part.corner_vertex
         copy = bpy.data.objects.new(one.mesh.name, mesh)
         made.append(copy)
         carry_look(copy, originals[target.object_name])
         copy[COPY_OF] = target.object_name
-        notes += _make_room(copy, target, plan.destination.attribute)
+        notes += make_room(copy, target, plan.destination.attribute)
         colors = corner_radiance[corner]
         if weight is not None:
             colors = vertex_means(colors, weight[corner], corner_vertex, len(mesh.vertices))
@@ -220,31 +222,7 @@ def _copies(
         yield copy
 
 
-def _losses(mesh: bpy.types.Mesh, target: Target) -> list[str]:
-    """Tell what a copy that is cut finer does not have of its original."""
-    lost = sorted(left_out(mesh))
-    if not lost:
-        return []
-    what = "attribute {} is" if len(lost) == 1 else "attributes {} are"
-    what = what.format(listed(lost))
-    return [f"Object '{target.name}': {what} left out of its copy, as faces are cut and texts cannot be"]
-
-
 def _whole(targets: tuple[Target, ...]) -> Iterator[Part | None]:
     """Yield that no mesh is cut."""
     for _ in targets:
         yield None
-
-
-def _make_room(copy: bpy.types.Object, target: Target, attribute: str) -> list[str]:
-    """Remove from a copy what has the attribute's name but is no color, and tell so."""
-    mesh, what = copy.data, ""
-    if attribute in mesh.attributes and attribute not in mesh.color_attributes:
-        mesh.attributes.remove(mesh.attributes[attribute])
-        what = "an attribute that is not a color"
-    if attribute in copy.vertex_groups:
-        copy.vertex_groups.remove(copy.vertex_groups[attribute])
-        what = "a vertex group"
-    if not what:
-        return []
-    return [f"Object '{target.name}' has {what} named '{attribute}'; its copy has the colors in that place"]

@@ -40,6 +40,8 @@ class Part:
         Vertices of parts of edges, and vertices of the mesh that these edges join.
     loose : ndarray of shape (l, 2)
         Vertices of edges that no face has.
+    whole : bool
+        Whether the mesh is not cut at all, so that its corners are those of the scene, one by one.
     """
 
     scene_corner: IntArray
@@ -53,6 +55,7 @@ class Part:
     edge: IntArray
     edge_source: IntArray
     loose: IntArray
+    whole: bool
 
 
 def split(targets: tuple[Target, ...], scene: Scene, fine: Refinement) -> Iterator[Part]:
@@ -100,6 +103,8 @@ def _part(target: Target, scene: Scene, fine: Refinement, own: IntArray, edge_be
     used = scene.corner_vertex[first : first + count]
     low, high = np.searchsorted(edge_begin, (used.min(), used.max() + 1))
     edge, edge_source = fine.edge[low:high], fine.edge_source[low:high]
+    alone = len(source) == count and np.array_equal(source[:, 0], np.arange(count))
+    whole = alone and bool((fine.corner_weight[corner, 0] == 1.0).all())
     known = np.isin(edge, vertex).all(axis=1)
     edge, edge_source = edge[known], edge_source[known]
     return Part(
@@ -114,6 +119,7 @@ def _part(target: Target, scene: Scene, fine: Refinement, own: IntArray, edge_be
         np.searchsorted(vertex, edge),
         own[edge_source],
         np.zeros((0, 2), np.int64),
+        whole,
     )
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from tests.blender.building import add_mesh, add_square, glowing
+from tests.blender.building import add_mesh, add_square, colors, glowing, lit_floor
 
 NAME = "Grüße" + 20 * "x"
 
@@ -69,6 +69,23 @@ def test_what_groups_are_besides_is_carried_with_them(bake, scene):
     assert copy.data.uv_layers.keys() == ["Map"]
     assert [polygon.use_smooth for polygon in copy.data.polygons] == [True] * 4 + [False] * 4
     assert np.ptp([vertex.co.x for vertex in copy.data.vertices]) == 2.0
+
+
+def test_what_is_not_cut_stays_as_it_is_where_other_things_are_cut(bake, scene, blender, warnings):
+    """A small thing that is mirrored, with a text that cuts would lose, stands on a floor that is cut."""
+    lit_floor(scene)
+    points = [(0, 0, 0), (0.02, 0, 0), (0.02, 0.02, 0), (0, 0.02, 0), (0, 0.04, 0)]
+    small = add_mesh(scene, "Small", points, [(0, 1, 2, 3), (3, 2, 4)])
+    small.location, small.scale.x = (0.5, 0.5, 0.05), -1.0
+    small.data.attributes.new("Label", 'STRING', 'FACE').data[1].value = b"here"
+    copies = bake(cut_large=True)
+    assert len(copies["Floor"].data.polygons) > 20
+    copy = copies["Small"].data
+    assert [tuple(polygon.vertices) for polygon in copy.polygons] == [(0, 1, 2, 3), (3, 2, 4)]
+    assert copy.attributes["Label"].data[1].value == b"here" and warnings() == []
+    scene.radiosity.target = 'IN_PLACE'
+    blender.ops.radiosity.bake()
+    np.testing.assert_allclose(colors(copy), colors(small.data), rtol=0.1, atol=0.02)
 
 
 def test_texts_stay_on_copies_that_are_not_cut_and_are_told_else(bake, scene, warnings):
