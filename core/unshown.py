@@ -114,7 +114,8 @@ def light_on_faces(
     Returns
     -------
     there, seen : ndarray of shape (f,)
-        Means over the patches, and over the corners by their angles [W/m^2].
+        Means over the patches, and over the corners by their angles [W/m^2]; the same for faces without patches, such
+        as doubled ones.
     """
     count = len(scene.face_area)
     front = patches.side > 0
@@ -123,7 +124,8 @@ def light_on_faces(
     angle = corner_angles(scene)
     weighted = np.bincount(scene.corner_face, angle * corner_irradiance.mean(axis=1), count)
     angles = np.bincount(scene.corner_face, angle, count)
-    return there, np.divide(weighted, angles, out=there.copy(), where=angles > 0)
+    seen = np.divide(weighted, angles, out=there.copy(), where=angles > 0)
+    return np.where(np.bincount(patches.face, minlength=count) > 0, there, seen), seen
 
 
 def _room_behind(scene: Scene, faces: IntArray, occluders: Surroundings) -> BoolArray:
