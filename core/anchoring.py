@@ -147,11 +147,11 @@ def anchored(pattern: Pattern) -> Cells:
         parts = pattern.parts[piece, np.where(bound, edge, 0)]
         grid = np.where(edge % 2 == 0, rows, columns)
         moved = _moved(along, grid, parts)
-        # In a triangle with two cuts the middles of both other edges go to the corner between these.
         # In a fan only the first of them may go to the tip: with a second one there were a cell along the other edge.
         off = fan & (i > 1)
         moved = np.where(off & (edge == 0), np.maximum(moved, 1), moved)
         moved = np.where(off & (edge == 2), np.minimum(moved, parts - 1), moved)
+        # In a triangle with two cuts the middles of both other edges go to the corner between these.
         moved = np.where(similar & (grid == 2) & (edge == 1) & (along == 1) & (parts == 1), 1, moved)
         inner = np.where(similar, (i - 1) * (rows - 1) - (i - 1) * i // 2 + j - 1, (i - 1) * (columns - 1) + j - 1)
         side[:, slot], step[:, slot] = edge, np.where(bound, moved, inner)

@@ -13,7 +13,7 @@ import numpy as np
 
 from .bake import bake
 from .hierarchy.quality import QUALITIES
-from .patch_sizes import can_be_cut, changing_edges, even_edges
+from .patch_sizes import changing_edges, even_edges
 from .progress import Progress, within
 from .refined_scene import refined_scene
 from .refinement import Refinement, refine
@@ -58,24 +58,23 @@ def graded(
     quality = QUALITIES[settings.quality]
     most, white = max(quality.corners, len(scene.face_area)), settings.light == "lighting"
     edges = even_edges(scene, quality.size, most // 2, white=white)
-    own = np.isfinite(scene.max_edge)
-    if not (np.isfinite(edges) | own).any():
+    own, large = np.isfinite(scene.max_edge), np.isfinite(edges)
+    if not (large | own).any():
         return None
     fine = refine(replace(scene, max_edge=np.where(own, scene.max_edge, edges)))
     if settings.quality == _FIRST_LOOK or len(fine.face) > _FEW * quality.corners:
         return fine
     look = replace(settings, quality=_FIRST_LOOK, method="hierarchical", max_edge=None, subdivide=1)
     rho = np.ones(len(edges)) if white else scene.reflectance.mean(axis=1)
-    free = can_be_cut(scene, white)
     for _ in range(_LOOKS):
-        room = most - int(free[fine.face].sum())
+        room = most - int(large[fine.face].sum())
         if room < _WORTH * most:
             break
         finer = refined_scene(scene, fine)
         baked = yield from within("First look at the light", bake(finer, look, executor=executor))
         light = baked.solution.irradiance, baked.corner_irradiance
         wanted = changing_edges(finer, rho[fine.face], baked.patches, light, room)
-        wanted[~free[fine.face]] = np.nan
+        wanted[~large[fine.face]] = np.nan
         if np.isnan(wanted).all():
             break
         fine = composed(fine, refine(replace(finer, max_edge=wanted)))

@@ -9,7 +9,7 @@ the same anywhere.
 
 import numpy as np
 
-from .arrays import BoolArray, FloatArray
+from .arrays import FloatArray
 from .meshing import Patches
 from .occlusion.core_part import CorePart, core_part
 from .scene import Scene
@@ -53,17 +53,12 @@ def even_edges(scene: Scene, size: float, most: int, *, white: bool = False) -> 
     core = core_part(low[scene.live], high[scene.live])
     edge = size * _extent(core, low[scene.live], high[scene.live]) * (1.0 + core.away(np.stack([low, high], axis=1)))
     count = scene.face_area / edge**2
-    cut = can_be_cut(scene, white) & (count > 1.0)
-    edge[cut] *= np.sqrt(np.maximum(count[cut] / min(_cap(count[cut], most), _OF_ONE * most), 1.0))
-    return np.where(cut, edge, np.nan)
-
-
-def can_be_cut(scene: Scene, white: bool) -> BoolArray:
-    """Return which faces show light that may change on them, and have no length of their own, shape (f,)."""
     shows = white | (scene.reflectance > 0).any(axis=1) | (scene.transmittance > 0).any(axis=1)
     if scene.paint is not None:
         shows[scene.paint.face] = True
-    return np.asarray(shows & scene.live & np.isnan(scene.max_edge))
+    cut = shows & scene.live & np.isnan(scene.max_edge) & (count > 1.0)
+    edge[cut] *= np.sqrt(np.maximum(count[cut] / min(_cap(count[cut], most), _OF_ONE * most), 1.0))
+    return np.where(cut, edge, np.nan)
 
 
 def _extent(core: CorePart, low: FloatArray, high: FloatArray) -> float:

@@ -8,7 +8,7 @@ from core.occlusion.blender_tree import BVHOccluders
 from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.streams import StreamOccluders
 from core.occlusion.surfaces import Occluding, occluder_polygons
-from core.scene import Scene
+from core.scene import AUTO, Scene
 from core.visibility import SurfaceOccluders
 
 TURN = np.array([[2, 1, 2], [-2, 2, 1], [-1, -2, 2]]) / 3
@@ -69,3 +69,17 @@ def everything(scene):
     except ModuleNotFoundError:
         return found
     return [*found, BVHOccluders(scene)]
+
+
+def scene_of(things, emission):
+    """Return things, lists of polygons each, as objects of a scene of reflectance 1/2; the last one shines."""
+    polygons = [face for thing in things for face in thing]
+    of = np.repeat(np.arange(len(things)), [len(thing) for thing in things])
+    return Scene.from_polygons(
+        polygons,
+        0.5,
+        np.where(of[:, None] == len(things) - 1, emission, 0.0) * np.ones(3),
+        sides=np.full(len(of), AUTO),
+        face_object=of,
+        object_names=[f"Thing {index}" for index in range(len(things))],
+    )

@@ -6,26 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from core.scene import AUTO, Scene
+from tests.unit.blockers import scene_of
 
 DOWN = np.array([(0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0)], float)
 
 
 def baked(light, things, lamp):
     """Return the light at the corners of the last thing and their places; a lamp of 0.4 m hangs at `lamp`."""
-    polygons = [face for thing in things for face in thing]
-    of = np.repeat(np.arange(len(things)), [len(thing) for thing in things])
-    polygons, of = [*polygons, 0.4 * DOWN + lamp], np.append(of, len(things))
-    emission = np.zeros((len(polygons), 3))
-    emission[-1] = 10.0
-    scene = Scene.from_polygons(
-        polygons,
-        0.5,
-        emission,
-        sides=np.full(len(of), AUTO),
-        face_object=of,
-        object_names=[f"Thing {index}" for index in range(len(things))] + ["Lamp"],
-    )
+    scene = scene_of([*things, [0.4 * DOWN + lamp]], 10.0)
     result = light(scene, "hierarchical", quality="preview", max_edge=0.5)
     mine = scene.face_object[scene.corner_face] == len(things) - 1
     return result.corner_radiance[mine, 0], scene.vertices[scene.corner_vertex[mine]]

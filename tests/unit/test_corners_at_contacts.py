@@ -10,27 +10,16 @@ from core.hierarchy.exposed import Shown, exposed_corners
 from core.meshing import mesh
 from core.refined_scene import refined_scene
 from core.refinement import refine
-from core.scene import AUTO, Scene
+from core.scene import Scene
 from core.visibility import scene_occluders
-from tests.unit.blockers import box
+from tests.unit.blockers import box, scene_of
 
 UP = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 
 
 def corners(light, things, longest, quality="preview"):
     """Light closed boxes and one sheet at the end, all cut finer; return places and light at the corners of each."""
-    polygons = [face for thing in things for face in thing]
-    of = np.repeat(np.arange(len(things)), [len(thing) for thing in things])
-    emission = np.zeros((len(polygons), 3))
-    emission[-1] = 40.0
-    coarse = Scene.from_polygons(
-        polygons,
-        0.5,
-        emission,
-        sides=np.full(len(of), AUTO),
-        face_object=of,
-        object_names=[f"Thing {index}" for index in range(len(things))],
-    )
+    coarse = scene_of(things, 40.0)
     scene = refined_scene(coarse, refine(coarse, longest))
     result = light(scene, "hierarchical", quality=quality)
     owner = scene.face_object[scene.corner_face]

@@ -63,6 +63,16 @@ def test_what_is_fine_already_stays(box):
     assert cut(fine) is None
 
 
+def test_what_is_small_stays_where_something_large_is_cut():
+    """A lath in the edge of the shadow, where light changes most."""
+    lath = UP * (0.3, 0.02, 1) + (-0.15, 0.59, 0.01)
+    whole = table()
+    polygons = [*(whole.vertices[whole.corner_vertex].reshape(-1, 4, 3)), lath]
+    scene = Scene.from_polygons(polygons, 0.5, np.concatenate([whole.emission, np.zeros((1, 3))]))
+    fine = cut(scene)
+    assert np.count_nonzero(fine.face == 0) > 1000 and np.count_nonzero(fine.face == 3) == 1
+
+
 def test_a_length_of_its_own_counts():
     own = cut(table(max_edge=[np.nan, 0.26, np.nan]))
     assert np.count_nonzero(own.face == 1) == 16
