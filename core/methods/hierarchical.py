@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..hierarchy.corners import COVERED, Corners, corner_receivers, final_gather
@@ -98,7 +99,7 @@ def hierarchical(
         solution=patch_solution(lit, patches),
         corner_irradiance=H[corners.group],
         corner_direct=first[corners.group],
-        row_sums=_row_sums(lit, patches),
+        row_sums=_row_sums(lit, patches, shown.exposed),
         energy=_energy(lit),
         reciprocity=None,
         links=lit.transport.links + links,
@@ -108,11 +109,11 @@ def hierarchical(
     )
 
 
-def _row_sums(lit: Lit, patches: Patches) -> FloatArray:
+def _row_sums(lit: Lit, patches: Patches, exposed: NDArray[np.bool_]) -> FloatArray:
     """Return the means over the elements of each patch, shape (p,)."""
     elements, sums = lit.elements, lit.transport.row_sums()
-    # Elements that something stands on see nothing: their rows tell nothing about the others.
-    sums = np.where(sums > COVERED, sums, np.nan)
+    # Elements that something stands on see next to nothing: their rows tell nothing about the others.
+    sums = np.where(exposed & (sums > COVERED), sums, np.nan)
     share = elements.area / patches.area[elements.patch]
     return np.bincount(elements.patch, share * sums, len(patches.area))
 

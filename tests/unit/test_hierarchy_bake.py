@@ -62,6 +62,18 @@ def test_energy_is_conserved_and_rows_add_up(scene, name):
     assert abs(report.row_sum.mean - 1) < 0.01
 
 
+def test_rows_of_what_is_inside_of_stacked_boxes_are_not_told(box):
+    """Under a box that has no bottom the floor sees, through its top, the bottom of one that stands on it."""
+    low = [face for face in box((0.28, 0.28, 0.28), (0.36, 0.36, 0.0), inward=False) if np.max(face[:, 2]) > 0]
+    high = box((0.16, 0.16, 0.16), (0.42, 0.42, 0.28), inward=False)
+    polygons = [*box(), *low, *high]
+    emission = np.zeros((len(polygons), 3))
+    emission[1] = 1
+    scene = Scene.from_polygons(polygons, 0.6, emission, divisions=np.full(len(polygons), 8))
+    row_sum = lit(scene).report.row_sum
+    assert row_sum.min > 0.99 and row_sum.max < 1.01
+
+
 @pytest.mark.parametrize(
     ("name", "divisions", "fine"),
     [
