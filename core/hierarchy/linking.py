@@ -102,8 +102,8 @@ def linked(
     sums[receivers.index] = np.concatenate([part.sums for part in rows])
     shut = np.zeros(len(samples), bool)
     shut[receivers.index] = receivers_shut_in(receivers, elements.corners, scenery.occluders)
-    closure = closures(sums, shut)
-    total = (sums[:, 0] + closure * sums[:, 1])[samples.cluster]
+    closure = closures(sums, shut, detail)
+    total = _shares(sums, closure, detail)[samples.cluster]
     tree = scenery.sources.tree
     leaf = np.flatnonzero(tree.child < 0)
     lamp = np.zeros(len(elements), bool)
@@ -112,7 +112,7 @@ def linked(
     if len(which) <= MOST_LAMPS:
         total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
     open_ = ~lamp & ~shut[samples.cluster]
-    total[open_] *= _evenly(total, open_, scenery, elements, detail)
+    total[open_] = np.minimum(total[open_] * _evenly(total, open_, scenery, elements, detail), _most(detail))
     # One by one and in the list, since nowhere is there room for all of them twice.
     for index, part in enumerate(rows):
         rows[index] = closed(part, receivers, closure[receivers.index], bright)
@@ -154,8 +154,7 @@ def seen(lamps: Elements, shut: NDArray[np.bool_], scenery: Scenery, elements: E
         run = slice(receivers.first[groups[0]], receivers.first[groups[-1] + 1])
         sums[receivers.index[run]] = build_rows(receivers, groups, plain, detail).sums
     # Brightness is one everywhere, so all of it is in the second column.
-    share: Float = sums[:, 0] + closures(sums, shut) * sums[:, 1]
-    return share
+    return _shares(sums, closures(sums, shut, detail), detail)
 
 
 def _evenly(sums: Float, which: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail) -> float:
@@ -176,8 +175,8 @@ def _evenly(sums: Float, which: NDArray[np.bool_], scenery: Scenery, elements: E
     return float(np.clip((count @ even) / max(count @ sums[chosen], 1e-300), 1 / OTHERS, OTHERS))
 
 
-def closures(sums: Float, shut: NDArray[np.bool_]) -> Float:
-    """Return what makes the rows of those who see no way out add up to one.
+def closures(sums: Float, shut: NDArray[np.bool_], detail: Detail) -> Float:
+    """Return what makes the rows of those who see no way out add up to one, and those of the others to no more.
 
     Parameters
     ----------
@@ -185,15 +184,34 @@ def closures(sums: Float, shut: NDArray[np.bool_]) -> Float:
         Rows over the bright nodes, and over the others.
     shut : ndarray of shape (n,)
         Who sees no way out.
+    detail : Detail
+        That the rows were made with.
 
     Returns
     -------
     ndarray of shape (n,)
         1 for those who do, and where more is missing than a few rays can be wrong by.
     """
-    missing = 1 - sums.sum(axis=1)
-    closed = shut & (np.abs(missing) < np.minimum(_CLOSURE, 0.5 * sums[:, 1]))
-    return 1 + np.where(closed, missing / np.where(closed, sums[:, 1], 1), 0)
+    missing, others = 1 - sums.sum(axis=1), sums[:, 1]
+    closed = shut & (np.abs(missing) < np.minimum(_CLOSURE, 0.5 * others))
+    # Nor does anybody else see more than all that is around; of rows that few rays decide, as many are too small.
+    closed |= missing < min(-_CLOSURE, 1 - _most(detail))
+    closure: Float = 1 + np.where(closed, np.maximum(missing / np.where(closed & (others > 0), others, 1), -1), 0)
+    return closure
+
+
+def _shares(sums: Float, closure: Float, detail: Detail) -> Float:
+    """Return what rows add up to once they are closed, shape (n,)."""
+    shares: Float = np.minimum(sums[:, 0] + closure * sums[:, 1], _most(detail))
+    return shares
+
+
+def _most(detail: Detail) -> float:
+    """Return the most that a row may add up to.
+
+    Single rays scatter so widely that light would be lost on the mean if what is too much, alone, were taken away.
+    """
+    return 1.0 if detail.most_rays > 1 else np.inf
 
 
 def check_memory(rows: list[Rows], share: float) -> None:

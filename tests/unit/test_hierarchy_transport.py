@@ -168,8 +168,20 @@ def test_received_is_gathered_the_other_way_round(furnished):
 
 def test_closure_mends_little_and_only_where_it_is_shut():
     sums = np.array([(0.0, 0.98), (0.3, 0.68), (0.0, 0.98), (0.0, 0.8), (0.99, 0.001)])
-    closure = closures(sums, np.array([True, True, False, True, True]))
+    closure = closures(sums, np.array([True, True, False, True, True]), QUALITIES["medium"].solve)
     assert closure == pytest.approx([1 / 0.98, 0.7 / 0.68, 1, 1, 1])
+
+
+def test_nobody_sees_more_than_all_that_is_around_with_a_way_out_or_without():
+    sums = np.array([(0.3, 1.1), (0.0, 1.43), (0.0, 1.05), (1.2, 0.1), (1.2, 0.0)])
+    detail = QUALITIES["medium"].solve
+    for shut in (False, True):
+        closure = closures(sums, np.full(5, shut), detail)
+        # As many rows are a little too small as are too large: with a way out a little is left to them.
+        assert closure == pytest.approx([0.7 / 1.1, 1 / 1.43, 1 / 1.05 if shut else 1, 0, closure[4]])
+        assert (closure >= 0).all()
+    # Single rays scatter too widely for that.
+    assert closures(sums, np.zeros(5, bool), replace(detail, most_rays=1)) == pytest.approx(np.ones(5))
 
 
 def same(a, b):
