@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..progress import Progress
+from .bends import Bends, over_horizons
 from .exchange import stream_rows
 from .linking import closures
 from .probes import points_shut_in, receivers_shut_in
@@ -76,6 +77,7 @@ def glances(
     quality: Quality,
     workers: Executor,
     size: int | None = None,
+    bends: Bends | None = None,
 ) -> Generator[Progress, None, Glance]:
     """Let every corner look at everything.
 
@@ -91,6 +93,8 @@ def glances(
     workers : concurrent.futures.Executor
     size : int, optional
         Most corners in a group; by default as many as make it as wide as one of all corners.
+    bends : Bends, optional
+        Of all corners; where not given, they see all that is above them.
 
     Yields
     ------
@@ -101,7 +105,7 @@ def glances(
     Glance
     """
     everyone = np.arange(len(corners.point))
-    return (yield from glance_at(corners, everyone, lit, shown, need, quality.gather, workers, size))
+    return (yield from glance_at(corners, everyone, lit, shown, need, quality.gather, workers, size, bends))
 
 
 def glance_at(
@@ -113,6 +117,7 @@ def glance_at(
     detail: Detail,
     workers: Executor,
     size: int | None = None,
+    bends: Bends | None = None,
 ) -> Generator[Progress, None, Glance]:
     """Gather all light at some corners.
 
@@ -121,7 +126,7 @@ def glance_at(
     corners : Corners
     which : ndarray of shape (k,)
         Those that look.
-    lit, shown, need, workers, size
+    lit, shown, need, workers, size, bends
         See `glances`.
     detail : Detail
         Of the links.
@@ -141,8 +146,10 @@ def glance_at(
     means, lamp = node_means(scenery.sources, elements.area, shown / scale), scenery.brightness[:, None] > BRIGHT
     nodes = np.hstack((np.where(lamp, means, 0), np.where(lamp, 0, means)))
     parts, row_sums, sights, links, rays = [], [], [], 0, 0
+    bends = bends.pick(which) if bends else None
     here = np.add.reduceat(need[which][receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
     for rows in stream_rows(receivers, scenery, detail, workers, here):
+        rows = over_horizons(rows, receivers, bends, scenery) if bends else rows
         parts.append(gather(rows, receivers, nodes))
         row_sums.append(rows.sums)
         sights.append(large_sights(rows, receivers, scenery.sources.tree))
