@@ -3,7 +3,7 @@
 
 A receiver stands above all of its faces and sees the half space of its normal. A path tracer that starts on one of them
 sends no ray below that face, whatever the normal: on the mean over the faces so much less of what has bounced arrives.
-Lamps it looks for, and nothing hides them from the vertex itself.
+What emits it looks for, and nothing hides that from the vertex itself.
 """
 
 from dataclasses import dataclass, replace
@@ -15,8 +15,7 @@ from ..runs import counted
 from ..scene import Scene
 from ..shading import shown_face_normals
 from .receivers import Receivers
-from .rows import BRIGHT, Rows
-from .scenery import Scenery
+from .rows import Rows
 from .sources import Sources
 from .tree import Float, Int
 from .vectors import dots, picked
@@ -25,6 +24,8 @@ from .vectors import dots, picked
 _BENT = 0.985
 # How far a node reaches above and below its middle, as a share of its radius.
 _REACH = 0.7
+# A node that is seen has risen by such a share, whatever its middle says.
+_LEAST = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,21 +40,18 @@ class Bends:
         Where the faces of each receiver begin.
     normal : ndarray of shape (t, 3)
         Of those faces, unit length.
-    share : ndarray of shape (q,)
-        Of light that comes from everywhere alike, what arrives at the faces on the mean.
     """
 
     bent: NDArray[np.bool_]
     first: Int
     normal: Float
-    share: Float
 
     def pick(self, which: Int) -> "Bends":
         """Return the bends of some receivers, in that order."""
         count = np.diff(self.first)[which]
         _, face = counted(count, self.first[which])
         first = np.concatenate(([0], np.cumsum(count)))
-        return Bends(self.bent[which], first, self.normal[face], self.share[which])
+        return Bends(self.bent[which], first, self.normal[face])
 
 
 def find_bends(scene: Scene, normal: Float, group: Int) -> Bends:
@@ -76,14 +74,11 @@ def find_bends(scene: Scene, normal: Float, group: Int) -> Bends:
     corner = corner[np.argsort(group[corner], kind="stable")]
     own, receiver = own[corner], group[corner]
     first = np.searchsorted(receiver, np.arange(len(normal) + 1))
-    cosine, count = dots(own, normal[receiver]), np.maximum(np.diff(first), 1)
-    bent = np.bincount(receiver, cosine < _BENT, len(normal)) > 0
-    # Below the horizon of a face is a lune of the half space (Lambert).
-    lost = np.bincount(receiver, 0.5 * (1 - cosine), len(normal)) / count
-    return Bends(bent, first, own, np.where(bent, 1 - lost, 1))
+    bent = np.bincount(receiver, dots(own, normal[receiver]) < _BENT, len(normal)) > 0
+    return Bends(bent, first, own)
 
 
-def over_horizons(rows: Rows, receivers: Receivers, bends: Bends, scenery: Scenery) -> Rows:
+def over_horizons(rows: Rows, receivers: Receivers, bends: Bends, sources: Sources, emits: Float) -> Rows:
     """Return rows that bring to receivers on a bend what is above the horizons of their faces, on the mean over those.
 
     Parameters
@@ -92,8 +87,9 @@ def over_horizons(rows: Rows, receivers: Receivers, bends: Bends, scenery: Scene
     receivers : Receivers
     bends : Bends
         Of the receivers in the caller's order.
-    scenery : Scenery
-        Its bright nodes are left as they are.
+    sources : Sources
+    emits : ndarray of shape (m,)
+        Share of each node's light that it emits.
 
     Returns
     -------
@@ -113,22 +109,32 @@ def over_horizons(rows: Rows, receivers: Receivers, bends: Bends, scenery: Scene
         receivers.first[group][run] + place % size[run],
     )
     at = rows.begin[here][run] + place
-    cut = np.flatnonzero(bent[receiver] & (rows.weight[at] > 0) & (scenery.brightness[node] <= BRIGHT))
+    cut = np.flatnonzero(bent[receiver] & (rows.weight[at] > 0) & (emits[node] < 1))
+    at, receiver, node = at[cut], receiver[cut], node[cut]
+    below = 1 - _above(receivers, receiver, node, bends, sources)
     weight = rows.weight.copy()
-    weight[at[cut]] *= _above(receivers, receiver[cut], node[cut], bends, scenery.sources).astype(np.float32)
+    weight[at] *= (1 - below * (1 - emits[node])).astype(np.float32)
     return replace(rows, weight=weight)
 
 
 def _above(receivers: Receivers, receiver: Int, node: Int, bends: Bends, sources: Sources) -> Float:
-    """Return the share of each node that is above the horizon of a receiver's faces, on the mean over them."""
+    """Return which share of what each receiver sees of a node is above the horizon of its faces, on the mean."""
     to = picked(sources.centre, node) - picked(receivers.point, receiver)
     reach = np.maximum(_REACH * sources.radius[node], 1e-300)
+    # What is below the receiver's own horizon it does not see anyway.
+    seen = _risen(dots(picked(receivers.normal, receiver), to) / reach)
     owner = receivers.index[receiver]
     count = np.diff(bends.first)[owner]
     total = np.zeros(len(node))
     for turn in range(int(np.max(count, initial=0))):
         which = np.flatnonzero(turn < count)
         height = dots(bends.normal[bends.first[owner[which]] + turn], to[which])
-        total[which] += np.clip(0.5 + 0.5 * height / reach[which], 0, 1)
+        total[which] += np.minimum(_risen(height / reach[which]) / seen[which], 1)
     share: Float = total / np.maximum(count, 1)
     return share
+
+
+def _risen(height: Float) -> Float:
+    """Return the share of nodes above a horizon, by how high their middles are in units of what they reach."""
+    risen: Float = np.clip(0.5 + 0.5 * height, _LEAST, 1)
+    return risen

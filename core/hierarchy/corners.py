@@ -159,14 +159,13 @@ def final_gather(
     sent = np.column_stack((radiosity, elements.emission))
     need = _need(corners, patches, elements, irradiance, typical)
     few = len(corners.point) <= _HARDLY_MORE * quality.corners
-    edges, bends = mesh_edges(scene, corners.group), find_bends(scene, corners.normal, corners.group)
+    edges = mesh_edges(scene, corners.group)
     if few:
+        bends = find_bends(scene, corners.normal, corners.group)
         glance = yield from glances(corners, lit, sent, need, quality, workers, bends=bends)
     else:
         rim = at_edges(scene, corners)
         glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, sky)
-        # Their light is that of neighbours, who are bent otherwise.
-        glance = replace(glance, others=glance.others * bends.share[:, None])
     above = from_sky(corners, np.arange(len(corners.point)), sky if few else None)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     lamps = _straight(glance, corners, direct)

@@ -147,9 +147,10 @@ def glance_at(
     nodes = np.hstack((np.where(lamp, means, 0), np.where(lamp, 0, means)))
     parts, row_sums, sights, links, rays = [], [], [], 0, 0
     bends = bends.pick(which) if bends else None
+    emits = np.minimum(means[:, 3:6].sum(axis=1) / np.maximum(means[:, :3].sum(axis=1), 1e-300), 1)
     here = np.add.reduceat(need[which][receivers.index], receivers.first[:-1]) / np.diff(receivers.first)
     for rows in stream_rows(receivers, scenery, detail, workers, here):
-        rows = over_horizons(rows, receivers, bends, scenery) if bends else rows
+        rows = over_horizons(rows, receivers, bends, scenery.sources, emits) if bends else rows
         parts.append(gather(rows, receivers, nodes))
         row_sums.append(rows.sums)
         sights.append(large_sights(rows, receivers, scenery.sources.tree))
