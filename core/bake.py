@@ -94,6 +94,7 @@ def bake(
     if way.any():
         scene = moved_scene(scene, -way)
     patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
+    yield Progress("Surfaces", 0.0)
     occluders = occluders or scene_occluders(scene, patches)
     yield Progress("Surfaces", 1.0)
     if (scene.sides == AUTO).any():

@@ -19,7 +19,7 @@ from .elements import Elements
 from .exposed import Shown
 from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
-from .glances import COVERED, Corners, Glance, glances
+from .glances import COVERED, STAGE, Corners, Glance, glances
 from .meetings import at_edges, exchange, find_meetings
 from .probes import points_among_dark
 from .quality import Quality
@@ -106,8 +106,7 @@ def _lift(scene: Scene, point: Float, normal: Float, group: Int) -> Float:
     needed = behind / np.maximum((normal[group] * own).sum(axis=1), _SLANTING)
     order = np.argsort(group, kind="stable")
     begin = np.searchsorted(group[order], np.arange(len(point)))
-    lift: Float = _CLEAR * np.maximum(np.maximum.reduceat(needed[order], begin), 0)
-    return lift
+    return np.asarray(_CLEAR * np.maximum(np.maximum.reduceat(needed[order], begin), 0))
 
 
 def final_gather(
@@ -168,7 +167,9 @@ def final_gather(
         glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, sky)
     above = from_sky(corners, np.arange(len(corners.point)), sky if few else None)
     covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
+    yield Progress(STAGE, 1.0)
     lamps = _straight(glance, corners, direct)
+    yield Progress(STAGE, 1.0)
     arriving = (lamps + glance.others + above)[:, :3]
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     dim = known & ~covered & (arriving.sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
@@ -233,8 +234,7 @@ def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Fl
     count = np.bincount(at, minlength=len(corners.point))
     here = np.bincount(at, of_patch[patches.touch_patch], len(count)) / np.maximum(count, 1)
     # Never divided by so little that it overflows.
-    need: Float = np.clip(typical / np.maximum(np.maximum(here, typical / _MOST_NEED), 1e-300), 1, _MOST_NEED)
-    return need
+    return np.asarray(np.clip(typical / np.maximum(np.maximum(here, typical / _MOST_NEED), 1e-300), 1, _MOST_NEED))
 
 
 def _around(

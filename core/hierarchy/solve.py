@@ -133,6 +133,7 @@ def solve(
     -------
     Lit
     """
+    yield Progress("Elements", 0.0)
     elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size, lamps=lamps)
     through = piece_translucence(elements.corners, elements.patch, patches)
     yield Progress("Elements", 1.0)
@@ -140,8 +141,10 @@ def solve(
     # That light is only to be passed on: of very many elements some look for those around them.
     some = choose_samples(elements, occluders, _STRAIGHT * quality.samples, around)
     H0 = np.zeros_like(elements.emission)
+    yield Progress(FIRST_LOOK, 0.0)
     if direct:
         H0 += some.spread(direct(elements.centre[some.element], elements.normal[some.element]))
+        yield Progress(FIRST_LOOK, 0.0)
     if sky:
         # It changes less from place to place: fewer look at it.
         fewer = choose_samples(elements, occluders, _UP * quality.samples, around)

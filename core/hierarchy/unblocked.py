@@ -22,6 +22,8 @@ from .tree import Float, Int
 
 # Of a lamp of power P a piece of side s at a distance d misplaces P (s / d)^3 over this, about.
 _CUBED = 8.0
+# Emitters that stand one behind the other in any direction, at most, for how bright they can be together.
+_LAYERS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +64,19 @@ class Unblocked:
         point, normal : ndarray of shape (k, n, 3)
             The same k points of each of n pieces [m], the middle last, and their unit normals.
         size : ndarray of shape (n,)
-            Side of each piece [m]; lamps that are far for that are left out.
+            Side of each piece [m]; lamps that are far for that are left out, and all emitters where a piece is so small
+            that it could not misplace too much of the brightest light.
 
         Returns
         -------
         ndarray of shape (k, n)
         """
-        light = self._of_emitters(point.reshape(-1, 3), normal.reshape(-1, 3)).reshape(point.shape[:2])
+        light = np.zeros(point.shape[:2])
+        # Points lie half of the range apart from their mean, at most; powers are of three channels.
+        most = 3 * 0.5 * _LAYERS * float(np.max(self.radiosity, initial=0.0))
+        large = np.flatnonzero(most * size**2 > self.fine * self.power)
+        at, facing = point[:, large].reshape(-1, 3), normal[:, large].reshape(-1, 3)
+        light[:, large] = self._of_emitters(at, facing).reshape(len(point), -1)
         for lamp in self.lamps:
             power, radius = _power(lamp), _radius(lamp)
             distance = np.sqrt(((point[-1] - lamp.centre) ** 2).sum(axis=1)) - radius
@@ -81,7 +89,7 @@ class Unblocked:
 
     def _of_emitters(self, point: Float, normal: Float) -> Float:
         light = np.zeros(len(point))
-        if self.sources is None:
+        if self.sources is None or not len(point):
             return light
         sources, receivers = self.sources, group_receivers(point, normal)
         one = np.ones(len(self.radiosity))

@@ -7,6 +7,7 @@ import pytest
 from core.hierarchy import elements as splitting
 from core.hierarchy.elements import split_patches
 from core.hierarchy.quality import QUALITIES
+from core.hierarchy.unblocked import unblocked_light
 from core.lighting.lamps import AreaLamp, PointLamp
 from core.meshing import mesh
 from core.scene import Scene
@@ -74,3 +75,14 @@ def test_what_is_near_a_lamp_is_split_until_its_light_adds_up(kind):
         sent[lamps] = float(found.area @ light) / power
     assert abs(sent[()] - 1) > 0.1
     assert sent[(lamp,)] == pytest.approx(1, abs=0.05)
+
+
+def test_emitters_are_not_looked_for_at_pieces_too_small_to_misplace_their_light(crowd):
+    patches, _ = crowd
+    shining = unblocked_light(patches, (), 1e-3)
+    point = np.tile((16.0, 16.0, 4.0), (5, 2, 1))
+    normal = np.broadcast_to((0.0, 0.0, 1.0), point.shape)
+    # A lamp of 9 square metres: a piece of a hundredth of what may go amiss, and one of a quarter of the lamp.
+    small, large = shining.irradiance(point, normal, np.array([0.003, 1.5])).T
+    np.testing.assert_array_equal(small, 0.0)
+    assert (large > 0).all()
