@@ -15,6 +15,7 @@ from ..arrays import BoolArray, FloatArray, IntArray
 from ..occlusion.panes import Panes
 from ..sequences import GOLDEN, PLASTIC
 from ..visibility import Occluders
+from ..workers import in_order
 
 # Receivers in a group.
 _GROUP = 16
@@ -91,7 +92,8 @@ def visible_share(
     if workers is None:
         parts = [_block(*task) for task in tasks]
     else:
-        parts = [future.result() for future in [workers.submit(_block, *task) for task in tasks]]
+        # Who interrupts this does not wait for what has not begun.
+        parts = list(in_order(workers, lambda task: _block(*task), tasks, len(tasks)))
     share = np.zeros((len(points), parts[0].shape[1] if parts else 1))
     if parts:
         share[order] = np.concatenate(parts)

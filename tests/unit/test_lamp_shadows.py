@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What stands between lamps or sky and what they light: shadows, openings, and panes that tint."""
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -138,3 +138,28 @@ def test_what_blocks_has_no_tint_and_dark_rays_take_none_on():
     sun = SunLamp("sun", COLOUR, UP)
     found = lamp_irradiance([sun], points, np.tile(UP, (2, 1)), occluders, rays=16, reach=reach)
     np.testing.assert_allclose(found, [np.zeros(3), 0.5 * COLOUR])
+
+
+class Interrupted(Executor):
+    """Who is interrupted at the first of some tasks, before the others have begun."""
+
+    def __init__(self):
+        self.futures = []
+
+    def submit(self, compute, *args):
+        future = Future()
+        if not self.futures:
+            future.set_exception(KeyboardInterrupt())
+        self.futures.append(future)
+        return future
+
+
+def test_an_interrupted_look_at_a_lamp_leaves_nothing_to_wait_for():
+    points = np.zeros(((1 << 18) + 16, 3))
+    workers = Interrupted()
+    with pytest.raises(KeyboardInterrupt):
+        lamp_irradiance(
+            [LAMPS["point"]], points, np.tile(UP, (len(points), 1)), Nothing(), rays=4, reach=9.0, workers=workers
+        )
+    assert len(workers.futures) > 1
+    assert all(future.cancelled() for future in workers.futures[1:])
