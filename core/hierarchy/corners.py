@@ -50,6 +50,7 @@ _LAST_RESORT = 1e-9
 _HARDLY_MORE = 1.5
 # Rounds of the filter where most corners only learn what arrives at others, and for the sky: few rays tell each of it.
 _MANY_ROUNDS = 10
+_SKY_SAME = 0.12  # see `smoothed`: one ray more or less of a far window is as much
 
 
 def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
@@ -179,7 +180,7 @@ def final_gather(
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
     light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS)
     if above.any():
-        light += blended(above, rounds=_MANY_ROUNDS)
+        light += blended(above, rounds=_MANY_ROUNDS, same=_SKY_SAME)
     light = with_light_outside(np.where((covered & known)[:, None], around, light), outside)
     close = beside(glance.sights, corners.point, elements)
     # Most corners of a fine mesh have their neighbours' light: what is beside a few of them does not show.
@@ -206,8 +207,6 @@ def _cut_off(scene: Scene, corners: Corners, alone: NDArray[np.bool_], occluders
     A corner that reaches out of a room through its floor sees nothing out there; what shows of its face is inside.
     """
     cut = np.zeros(len(alone), dtype=np.bool_)
-    if not alone.any():
-        return cut
     corner = np.flatnonzero(alone[corners.group])
     face, group = scene.corner_face[corner], corners.group[corner]
     # As high over the face there as the receiver is.

@@ -158,7 +158,9 @@ def glance_at(
         rays += rows.rays
         yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
     gathered, sums = np.concatenate(parts), np.concatenate(row_sums)
-    closure = closures(sums, receivers_shut_in(receivers, elements.corners, scenery.occluders), detail)
+    # Where some see a way out, others may have missed it: what is closed would show beside what is not.
+    shut = receivers_shut_in(receivers, elements.corners, scenery.occluders)
+    closure = closures(sums, shut & shut.all(), detail)
     bright, others = np.zeros((count, width)), np.zeros((count, width))
     bright[receivers.index] = scale * gathered[:, :width]
     others[receivers.index] = scale * closure[:, None] * gathered[:, width:]

@@ -19,14 +19,14 @@ from .rows import BRIGHT, Rows, closed
 from .samples import Samples
 from .scenery import Scenery
 from .source_points import SourcePoints
-from .transport import OTHERS, HierarchicalTransport, arrivals
+from .transport import HierarchicalTransport, arrivals
 from .tree import Float
 
 STAGE = "Links"
 # A closed room's rows are put right by at most this; more is no rounding but a back side that does not shine.
 _CLOSURE = 0.1
-# So many elements tell how much all others see.
-_ASKED = 512
+# So many elements tell how much all others see, so many of them together, each by this factor at most.
+_ASKED, _AROUND, _AMISS = 512, 16, 2.0
 # More lamps than this are not looked at one by one.
 MOST_LAMPS = 4000
 
@@ -111,8 +111,8 @@ def linked(
     which = np.flatnonzero(lamp)
     if len(which) <= MOST_LAMPS:
         total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
-    open_ = ~lamp & ~shut[samples.cluster]
-    total[open_] = np.minimum(total[open_] * _evenly(total, open_, scenery, elements, detail), _most(detail))
+    right = _evenly(total, ~lamp, shut[samples.cluster], scenery, elements, detail)
+    total = np.where(lamp, total, np.minimum(right * total, _most(detail)))
     # One by one and in the list, since nowhere is there room for all of them twice.
     for index, part in enumerate(rows):
         rows[index] = closed(part, receivers, closure[receivers.index], bright)
@@ -154,25 +154,33 @@ def seen(lamps: Elements, shut: NDArray[np.bool_], scenery: Scenery, elements: E
         run = slice(receivers.first[groups[0]], receivers.first[groups[-1] + 1])
         sums[receivers.index[run]] = build_rows(receivers, groups, plain, detail).sums
     # Brightness is one everywhere, so all of it is in the second column.
-    return _shares(sums, closures(sums, shut, detail), detail)
+    share: Float = sums[:, 0] + closures(sums, shut, detail) * sums[:, 1]
+    return share
 
 
-def _evenly(sums: Float, which: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail) -> float:
-    """Return by how much elements see less shine than their rays said, which went where it is bright.
+def _evenly(
+    sums: Float, dim: NDArray[np.bool_], shut: NDArray[np.bool_], scenery: Scenery, elements: Elements, detail: Detail
+) -> Float:
+    """Return what makes the sums of dim elements right where there are ways out: their rays went where it is bright.
 
-    It is asked of some, more where much light is sent from, and the same for all.
+    It is asked of some, and each answer is that of all around, who may have missed a small way out. There are the more
+    of them the more light is passed on, since the sunlit outside of a house is brighter than all that is in it, and
+    sends its light away.
     """
-    tree = scenery.sources.tree
+    tree, right = scenery.sources.tree, np.ones(len(sums))
     leaf = np.flatnonzero(tree.child < 0)
     power = np.zeros(len(elements))
     power[tree.order[tree.start[leaf]]] = scenery.brightness[leaf]
-    below = np.cumsum(np.where(which, power * elements.area, 0)[tree.order])
-    if below[-1] <= 0:
-        return 1.0
+    below = np.cumsum(np.where(dim, power * elements.area * sums, 0)[tree.order])
+    if below[-1] <= 0 or shut[dim].all():
+        return right
     chosen = tree.order[np.searchsorted(below, (np.arange(_ASKED) + 0.5) / _ASKED * below[-1])]
-    chosen, count = np.unique(chosen, return_counts=True)
-    even = seen(elements.pick(chosen), np.zeros(len(chosen), bool), scenery, elements, detail)
-    return float(np.clip((count @ even) / max(count @ sums[chosen], 1e-300), 1 / OTHERS, OTHERS))
+    asked, again = np.unique(chosen, return_inverse=True)
+    even = seen(elements.pick(asked), np.zeros(len(asked), bool), scenery, elements, detail)[again]
+    told = np.minimum(even / sums[chosen], _AMISS).reshape(-1, _AROUND).mean(axis=1)
+    told[shut[chosen].reshape(-1, _AROUND).all(axis=1)] = 1
+    right[tree.order] = told[np.minimum(below / below[-1] * len(told), len(told) - 1).astype(np.int64)]
+    return np.where(dim, right, 1)
 
 
 def closures(sums: Float, shut: NDArray[np.bool_], detail: Detail) -> Float:
