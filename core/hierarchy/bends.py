@@ -104,10 +104,8 @@ def over_horizons(rows: Rows, receivers: Receivers, bends: Bends, sources: Sourc
     group, links = rows.group[here], np.diff(rows.first)[here]
     size = np.diff(receivers.first)[group]
     run, place = counted(links * size)
-    node, receiver = (
-        rows.node[rows.first[here][run] + place // size[run]],
-        receivers.first[group][run] + place % size[run],
-    )
+    node = rows.node[rows.first[here][run] + place // size[run]]
+    receiver = receivers.first[group][run] + place % size[run]
     at = rows.begin[here][run] + place
     cut = np.flatnonzero(bent[receiver] & (rows.weight[at] > 0) & (emits[node] < 1))
     at, receiver, node = at[cut], receiver[cut], node[cut]

@@ -104,10 +104,7 @@ def linked(
     shut[receivers.index] = receivers_shut_in(receivers, elements.corners, scenery.occluders)
     closure = closures(sums, shut, detail)
     total = _shares(sums, closure, detail)[samples.cluster]
-    tree = scenery.sources.tree
-    leaf = np.flatnonzero(tree.child < 0)
-    lamp = np.zeros(len(elements), bool)
-    lamp[tree.order[tree.start[leaf]]] = bright[leaf]
+    lamp = scenery.sources.tree.at_elements(bright)
     which = np.flatnonzero(lamp)
     if len(which) <= MOST_LAMPS:
         total[which] = seen(elements.pick(which), shut[samples.cluster[which]], scenery, elements, detail)
@@ -168,10 +165,8 @@ def _evenly(
     sends its light away.
     """
     tree, right = scenery.sources.tree, np.ones(len(sums))
-    leaf = np.flatnonzero(tree.child < 0)
-    power = np.zeros(len(elements))
-    power[tree.order[tree.start[leaf]]] = scenery.brightness[leaf]
-    below = np.cumsum(np.where(dim, power * elements.area * sums, 0)[tree.order])
+    sent = tree.at_elements(scenery.brightness) * elements.area * sums
+    below = np.cumsum(np.where(dim, sent, 0)[tree.order])
     if below[-1] <= 0 or shut[dim].all():
         return right
     chosen = tree.order[np.searchsorted(below, (np.arange(_ASKED) + 0.5) / _ASKED * below[-1])]
@@ -180,7 +175,7 @@ def _evenly(
     told = np.minimum(even / sums[chosen], _AMISS).reshape(-1, _AROUND).mean(axis=1)
     told[shut[chosen].reshape(-1, _AROUND).all(axis=1)] = 1
     right[tree.order] = told[np.minimum(below / below[-1] * len(told), len(told) - 1).astype(np.int64)]
-    return np.where(dim, right, 1)
+    return right
 
 
 def closures(sums: Float, shut: NDArray[np.bool_], detail: Detail) -> Float:

@@ -154,10 +154,7 @@ def of_leaves(sources: Sources, received: Float) -> Float:
         inner = first + np.flatnonzero(tree.child[first:last] >= 0)
         nodes[tree.child[inner]] += nodes[inner]
         nodes[tree.child[inner] + 1] += nodes[inner]
-    leaf = np.flatnonzero(tree.child < 0)
-    arrives = np.zeros(len(tree.order))
-    arrives[tree.order[tree.start[leaf]]] = nodes[leaf]
-    return arrives
+    return tree.at_elements(nodes)
 
 
 def put_right(tree: Tree, sent: Float, arrives: Float) -> Float:
@@ -181,7 +178,4 @@ def put_right(tree: Tree, sent: Float, arrives: Float) -> Float:
         inner = first + np.flatnonzero(tree.child[first:last] >= 0)
         for child in (tree.child[inner], tree.child[inner] + 1):
             share[child] = np.where(sure[child], share[child], share[inner])
-    leaf = np.flatnonzero(tree.child < 0)
-    of_lamp = np.ones(len(tree.order))
-    of_lamp[tree.order[tree.start[leaf]]] = share[leaf]
-    return of_lamp
+    return tree.at_elements(share)

@@ -7,6 +7,7 @@ A node covers a contiguous run of `Tree.order`; parents come before their childr
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from ..arrays import IntArray as Int
 from .splitting import split
 
 __all__ = ["Float", "Int", "Tree", "build_tree", "least_cosine"]
+
+Kind = TypeVar("Kind", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,16 @@ class Tree:
         np.cumsum(values.T.take(self.order, axis=1), axis=1, out=total[:, 1:])
         sums: Float = (total.take(self.stop, axis=1) - total.take(self.start, axis=1)).T
         return sums
+
+    def at_elements(self, values: NDArray[Kind]) -> NDArray[Kind]:
+        """Return what the leaves have of a value of each node, shape (m,) to (n,), in the elements' own order.
+
+        Every leaf holds one element.
+        """
+        leaf = np.flatnonzero(self.child < 0)
+        found = np.zeros(len(self.order), values.dtype)
+        found[self.order[self.start[leaf]]] = values[leaf]
+        return found
 
     def extremes(self, lower: Float, upper: Float) -> tuple[Float, Float]:
         """Bound the elements of every node, from the leaves upwards.
