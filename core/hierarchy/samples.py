@@ -18,8 +18,11 @@ from .tree import Float, Int
 
 # Height over the surface at which elements look for their sample, as a share of the way to it: over its bends.
 _LIFT = 0.15
-# How often what does not see the sample of its cluster is given another.
-_ROUNDS = 3
+# How often what does not see the sample of its cluster is given another: at least, and as long as this share of it then
+# sees one, and there are no more clusters than so many times as many as there may be.
+_LEAST, _ROUNDS, _SEEING, _OVER = 3, 16, 0.1, 2.0
+# How few of as many as there may be stand for themselves.
+_FEW = 0.25
 # How much a trend is held back where clusters hardly tell it.
 _HELD_BACK = 0.05
 # Share of its light that a trend may take from any place in a cluster.
@@ -169,19 +172,23 @@ def choose_samples(
 def _part(cluster: Int, elements: Elements, occluders: Surroundings, most: int) -> None:
     """Make new clusters of the elements that do not see the sample of theirs, in place.
 
-    As from the other side of a wall, each is one of its own. Of grass, hair or leaves hardly any see each other, and
-    all see much the same: there those that are left of a cluster are one, and so on.
+    As from the other side of a wall, each is one of its own, once they are few. Sheets above each other come off one by
+    one. Of grass, hair or leaves hardly any see each other, and all see much the same: there those that are left of a
+    cluster are one.
     """
     left = np.arange(len(cluster))
-    for _ in range(_ROUNDS):
+    for turn in range(_ROUNDS):
         own = np.unique(cluster[left], return_inverse=True)[1].reshape(-1)
         element, _ = _middles(elements.pick(left), own)
-        left = left[_hidden(elements, left, left[element][own], occluders)]
+        hidden = left[_hidden(elements, left, left[element][own], occluders)]
+        seeing, left = len(left) - len(hidden), hidden
         first = np.max(cluster) + 1
-        if len(left) <= most:
+        if len(left) <= _FEW * most:
             cluster[left] = first + np.arange(len(left))
             return
         cluster[left] = first + np.unique(cluster[left], return_inverse=True)[1].reshape(-1)
+        if turn + 1 >= _LEAST and (seeing < _SEEING * len(left) or np.max(cluster) >= _OVER * most):
+            return
 
 
 def _middles(elements: Elements, cluster: Int) -> tuple[Int, Float]:

@@ -116,6 +116,21 @@ def test_a_cluttered_room_is_as_bright_with_its_normals_outwards(box, monkeypatc
     assert light[1].mean() == pytest.approx(light[0].mean(), rel=0.02)
 
 
+def test_plates_behind_a_wide_one_come_off_one_by_one():
+    def plate(width, z):
+        return np.array([(x * width, y * width, z) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+
+    polygons = [plate(0.5, 0.0), *(plate(0.1, -0.08 - 0.04 * k) for k in range(7))]
+    scene = Scene.from_polygons(polygons, divisions=np.array([20] + [4] * 7))
+    patches = mesh(scene)
+    occluders = scene_occluders(scene, patches)
+    elements = split_patches(patches, occluders, tolerance=1.0, size=1.0)
+    samples = choose_samples(elements, occluders, 8)
+    assert len(samples) == 11
+    assert np.bincount(samples.cluster).max() == 100
+    np.testing.assert_allclose(elements.centre[samples.element[samples.cluster], 2], elements.centre[:, 2])
+
+
 def test_what_is_told_keeps_its_sum_and_follows_a_trend(parted):
     elements, occluders = parted
     samples = choose_samples(elements, occluders, 120)
