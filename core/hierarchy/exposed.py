@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ..meshing import Patches
 from ..translucence import scattered
 from .elements import Elements
-from .probes import points_facing_dark, points_shut_in
+from .probes import groups_shut_in, points_facing_dark
+from .receivers import GROUP_SIZE
 from .solve import Lit
 from .tree import Float, Int
 
@@ -86,8 +87,14 @@ def _looking_out(lit: Lit) -> NDArray[np.bool_]:
     sums, elements = lit.transport.row_sums(), lit.elements
     exposed: NDArray[np.bool_] = sums > _EXPOSED
     unsure = np.flatnonzero(~exposed)
+    # Those that have their light from one sample look out together, a few at a time.
+    cluster = lit.transport.samples.cluster[unsure]
+    order = np.argsort(cluster, kind="stable")
+    unsure, cluster = unsure[order], cluster[order]
+    begin = np.searchsorted(cluster, cluster)
+    first = np.append(np.flatnonzero((np.arange(len(unsure)) - begin) % GROUP_SIZE == 0), len(unsure))
     point, normal = elements.centre[unsure], elements.normal[unsure]
-    exposed[unsure] = ~points_shut_in(point, normal, elements.corners, lit.scenery.occluders)
+    exposed[unsure] = ~groups_shut_in(point, normal, first, elements.corners, lit.scenery.occluders)
     return exposed
 
 

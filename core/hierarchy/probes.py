@@ -8,7 +8,7 @@ from ..scene import BACK, FRONT
 from ..sequences import GOLDEN
 from ..visibility import Occluders, Surroundings
 from .receivers import Receivers
-from .tree import Float
+from .tree import Float, Int
 from .vectors import across
 
 # Directions that each is probed in, and in how many rounds. An opening that fills a twentieth of what is seen must not
@@ -19,11 +19,19 @@ _LOOKS, _MOST = 12, 0.5
 
 
 def receivers_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Probe receivers group by group, each direction from another one of the group.
+    """Probe receivers group by group; parameters and result as of `groups_shut_in`, in the receivers' order."""
+    return groups_shut_in(receivers.point, receivers.normal, receivers.first, corners, occluders)
+
+
+def groups_shut_in(point: Float, normal: Float, first: Int, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
+    """Probe points group by group, each direction from another one of the group.
 
     Parameters
     ----------
-    receivers : Receivers
+    point, normal : ndarray of shape (r, 3)
+        [m]; unit length.
+    first : ndarray of shape (g + 1,)
+        First of each group.
     corners : ndarray of shape (n, 4, 3)
         Of everything there is [m].
     occluders : Occluders
@@ -31,16 +39,16 @@ def receivers_shut_in(receivers: Receivers, corners: Float, occluders: Occluders
     Returns
     -------
     ndarray of shape (r,)
-        True for all of a group where every probe was blocked, in the receivers' order.
+        True for all of a group where every probe was blocked.
     """
-    count = np.diff(receivers.first)
+    count = np.diff(first)
     turn = np.arange(_PROBES)
-    chosen = receivers.first[:-1, None] + turn % np.maximum(count, 1)[:, None]
-    return np.repeat(_shut_in(receivers.point[chosen], receivers.normal[chosen], corners, occluders), count)
+    chosen = first[:-1, None] + turn % np.maximum(count, 1)[:, None]
+    return np.repeat(_shut_in(point[chosen], normal[chosen], corners, occluders), count)
 
 
 def points_shut_in(point: Float, normal: Float, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
-    """Probe single points, shape (k, 3); otherwise as `receivers_shut_in`."""
+    """Probe single points, shape (k, 3); otherwise as `groups_shut_in`."""
     origin, axis = (np.repeat(part[:, None], _PROBES, axis=1) for part in (point, normal))
     return _shut_in(origin, axis, corners, occluders)
 

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Who is shut in, and who only sees little of the opening."""
 
-import numpy as np
+from types import SimpleNamespace
 
+import numpy as np
+import pytest
+
+from core.hierarchy.exposed import _looking_out
 from core.hierarchy.kernels import near_form_factors
 from core.hierarchy.probes import points_shut_in, receivers_shut_in
 from core.hierarchy.receivers import group_receivers
@@ -49,3 +53,29 @@ def test_who_sees_no_way_out_is_shut_in():
     corners, occluders = room([*WALLS, *CEILING, HOLE])
     assert points_shut_in(FLOOR, UP, corners, occluders).all()
     assert receivers_shut_in(group_receivers(FLOOR, UP), corners, occluders).all()
+
+
+class Counted:
+    """Occluders that count what they are asked."""
+
+    def __init__(self, occluders):
+        self._occluders, self.asked = occluders, 0
+
+    def blocked(self, origins, targets):
+        self.asked += len(origins)
+        return self._occluders.blocked(origins, targets)
+
+
+@pytest.mark.parametrize(("polygons", "out"), [([*WALLS, *CEILING, HOLE], False), (WALLS, True)])
+def test_elements_of_one_sample_look_out_together(polygons, out):
+    corners, occluders = room(polygons)
+    asked = {}
+    for samples in (len(FLOOR), 10):
+        counted = Counted(occluders)
+        cluster = np.arange(len(FLOOR)) * samples // len(FLOOR)
+        transport = SimpleNamespace(row_sums=lambda: np.zeros(len(FLOOR)), samples=SimpleNamespace(cluster=cluster))
+        elements = SimpleNamespace(centre=FLOOR, normal=UP, corners=corners)
+        lit = SimpleNamespace(transport=transport, elements=elements, scenery=SimpleNamespace(occluders=counted))
+        assert (_looking_out(lit) == out).all()
+        asked[samples] = counted.asked
+    assert asked[10] < asked[len(FLOOR)] / 12
