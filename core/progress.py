@@ -63,3 +63,31 @@ def within(stage: str, steps: Generator[Progress, None, T]) -> Generator[Progres
             result: T = end.value
             return result
         yield replace(step, stage=f"{stage}: {step.stage.lower()}")
+
+
+def renamed(steps: Generator[Progress, None, T], stage: str) -> Generator[Progress, None, T]:
+    """Let steps be part of one stage; what they show so far is too rough to be shown."""
+    try:
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                result: T = end.value
+                return result
+            yield Progress(stage, 1.0)
+    finally:
+        steps.close()
+
+
+def scaled(steps: Generator[Progress, None, T], first: float, last: float) -> Generator[Progress, None, T]:
+    """Let steps be a part of their stage, from one share of it to another."""
+    try:
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                result: T = end.value
+                return result
+            yield replace(step, fraction=first + (last - first) * step.fraction)
+    finally:
+        steps.close()

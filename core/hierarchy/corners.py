@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..progress import Progress
-from ..scene import BOTH, Scene
-from ..shading import shown_face_normals, shown_normals, smooth_groups
-from ..visibility import Occluders
+from ..scene import Scene
 from .bends import find_bends
 from .elements import Elements
 from .exposed import Shown
@@ -30,84 +28,20 @@ from .slopes import find_slopes
 from .solve import Lit
 from .sparse_glances import from_sky, sparse_glances
 from .straddling import past_walls, with_light_outside
-from .tree import Float, Int
+from .tree import Float
+from .vantages import LAST_RESORT, cut_off
 
-__all__ = ["COVERED", "Corners", "corner_receivers", "final_gather"]
+__all__ = ["COVERED", "Corners", "final_gather"]
 
-# How far a corner's receiver moves into its faces, as a share of the way to their middle: off the edge, where the faces
-# next door would be seen edge on.
-_INSET = 0.02
-# Receivers are raised above their own faces by so many times what it takes, reckoned with at least this cosine between
-# the normals.
-_CLEAR, _SLANTING = 1.05, 0.2
 # Where it is dark, errors count as many times more, at most.
 _MOST_NEED = 6.0
 # Receivers with less than this share of the light round them may be inside of something.
 _DIM = 0.5
-# Weight of hidden elements beside that of exposed ones.
-_LAST_RESORT = 1e-9
 # So many times as many corners as may look all look: with those that look for themselves samples were hardly fewer.
 _HARDLY_MORE = 1.5
 # Rounds of the filter where most corners only learn what arrives at others, and for the sky: few rays tell each of it.
 _MANY_ROUNDS = 10
 _SKY_SAME = 0.12  # see `smoothed`: one ray more or less of a far window is as much
-
-
-def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
-    """Return one receiver for each vertex and smooth group of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-    exposed : ndarray of shape (c,), optional
-        Share that shows of what is at each of its corners: receivers move there. Everything when not given.
-
-    Returns
-    -------
-    Corners
-    """
-    face = scene.corner_face
-    group = smooth_groups(scene)
-    position = scene.vertices[scene.corner_vertex]
-    inwards = _middles(scene)[face] - position
-    weight = np.ones(len(group)) if exposed is None else exposed + _LAST_RESORT
-    total = np.bincount(group, weight)
-    into = np.stack([np.bincount(group, weight * axis) for axis in inwards.T], axis=1) / total[:, None]
-    leader = np.full(len(total), -1)
-    leader[group[::-1]] = np.arange(len(group))[::-1]
-    normal = shown_normals(scene)[leader]
-    # Faces without area have no normal of their own; whatever light is there will do.
-    normal[~normal.any(axis=1)] = (0, 0, 1)
-    # Along the surface, not below it: the middles of the faces round a convex corner lie inside.
-    into -= (into * normal).sum(axis=1, keepdims=True) * normal
-    point = position[leader] + _INSET * into
-    return Corners(point + _lift(scene, point, normal, group)[:, None] * normal, normal, group)
-
-
-def _middles(scene: Scene) -> Float:
-    """Return the mean of each face's corners, shape (f, 3) [m]."""
-    if not len(scene.face_normal):
-        return np.zeros((0, 3))
-    position = scene.vertices[scene.corner_vertex]
-    sums: Float = np.add.reduceat(position, scene.face_start[:-1], axis=0)
-    return sums / np.maximum(np.diff(scene.face_start), 1)[:, None]
-
-
-def _lift(scene: Scene, point: Float, normal: Float, group: Int) -> Float:
-    """Return how far to raise receivers along their normals to stand above all of their own faces, shape (q,) [m].
-
-    Where a smooth surface is hollow and its faces differ in size, the plane across the normal runs behind some of them.
-    Some corners of a bent face are behind it: where its back has light, too, they would look at that from inside.
-    """
-    face = scene.corner_face
-    own = shown_face_normals(scene)[face]
-    behind = -((point[group] - scene.vertices[scene.corner_vertex]) * own).sum(axis=1)
-    inside = -((point[group] - _middles(scene)[face]) * own).sum(axis=1)
-    behind = np.where(scene.sides[face] == BOTH, np.maximum(behind, inside), behind)
-    needed = behind / np.maximum((normal[group] * own).sum(axis=1), _SLANTING)
-    order = np.argsort(group, kind="stable")
-    begin = np.searchsorted(group[order], np.arange(len(point)))
-    return np.asarray(_CLEAR * np.maximum(np.maximum.reduceat(needed[order], begin), 0))
 
 
 def final_gather(
@@ -165,9 +99,9 @@ def final_gather(
         glance = yield from glances(corners, lit, sent, need, quality, workers, bends=bends)
     else:
         rim = at_edges(scene, corners)
-        glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, sky)
+        glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, typical, sky)
     above = from_sky(corners, np.arange(len(corners.point)), sky if few else None)
-    covered = glance.covered | _cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
+    covered = glance.covered | cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     yield Progress(STAGE, 1.0)
     lamps = _straight(glance, corners, direct)
     yield Progress(STAGE, 1.0)
@@ -201,21 +135,6 @@ def final_gather(
     return light[:, :3], light[:, 3:], links, rays
 
 
-def _cut_off(scene: Scene, corners: Corners, alone: NDArray[np.bool_], occluders: Occluders) -> NDArray[np.bool_]:
-    """Return which of some receivers other geometry parts from a face of theirs, shape (q,).
-
-    A corner that reaches out of a room through its floor sees nothing out there; what shows of its face is inside.
-    """
-    cut = np.zeros(len(alone), dtype=np.bool_)
-    corner = np.flatnonzero(alone[corners.group])
-    face, group = scene.corner_face[corner], corners.group[corner]
-    # As high over the face there as the receiver is.
-    shown, end = shown_face_normals(scene)[face], _middles(scene)[face]
-    end = end + ((corners.point[group] - end) * shown).sum(axis=1)[:, None] * shown
-    cut[group[occluders.blocked(corners.point[group], end)]] = True
-    return cut
-
-
 def _straight(glance: Glance, corners: Corners, *lamps: DirectLight | None) -> Float:
     """Return the light that comes from bright clusters and from lamps, shape (q, 6) [W/m^2]."""
     light = glance.bright
@@ -241,7 +160,7 @@ def _around(
 ) -> tuple[Float, NDArray[np.bool_]]:
     """Return what is exposed of the patches round each receiver receives, shape (q, 6), and where there are any."""
     # Where nothing of them is exposed, that of what is beside them, which hidden elements were given.
-    weight = elements.area * np.where(exposed, 1.0, _LAST_RESORT)
+    weight = elements.area * np.where(exposed, 1.0, LAST_RESORT)
     of_patch = [np.bincount(elements.patch, weight * part, len(patches.area)) for part in (1.0, *irradiance.T)]
     at, count = corners.group[patches.touch_corner], len(corners.point)
     total, *sums = (np.bincount(at, part[patches.touch_patch], count) for part in of_patch)

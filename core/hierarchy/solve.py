@@ -8,34 +8,29 @@ to place.
 
 from collections.abc import Generator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gathering import gathering
 from ..lighting.kinds import Lamp
 from ..meshing import Patches
-from ..progress import Progress
+from ..progress import Progress, renamed
 from ..solution import Solution
-from ..translucence import Translucence, piece_translucence, scattered
+from ..translucence import Translucence, piece_translucence
 from ..visibility import Surroundings
+from .bounces import bounces
+from .clustering import choose_samples
 from .elements import Elements, split_patches
 from .first_look import STAGE as FIRST_LOOK
-from .first_look import Look, ambient_guess, first_look, typical_irradiance
+from .first_look import ambient_guess, first_look, typical_irradiance
 from .linking import STAGE as LINKS
-from .linking import hierarchical_transport
 from .neighbourhoods import find_neighbourhoods
 from .quality import Detail, Quality
 from .receivers import DirectLight
-from .samples import Samples, choose_samples
 from .scenery import Scenery, build_scenery, relit
 from .transport import HierarchicalTransport
 from .tree import Float
-
-T = TypeVar("T")
 
 # How few samples tell roughly where the light is, how finely they are linked, and solved for.
 _FEW, _COARSELY = 500, 1e-3
@@ -44,13 +39,6 @@ _COARSE = Detail(1.5, 0.2, 0.2, 1)
 _STRAIGHT = 8
 # ... and that look at the sky.
 _UP = 2
-# The last sweeps go on to this part of the tolerance: in a bright room a sweep changes little of what is missing.
-_CLOSER = 0.05
-# Changes that single precision tells, relative to all.
-_FINEST = 1e-6
-# Sweeps that tell well enough where the light is, so that energy can be put in balance for the others. Who asks for
-# fewer asks for so many bounces.
-_FIRST = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,28 +127,28 @@ def solve(
     yield Progress("Elements", 1.0)
     around = find_neighbourhoods(elements, occluders, sides) if len(elements) > _FEW else None
     # That light is only to be passed on: of very many elements some look for those around them.
-    some = choose_samples(elements, occluders, _STRAIGHT * quality.samples, around)
+    many = choose_samples(elements, occluders, _STRAIGHT * quality.samples, around)
     H0 = np.zeros_like(elements.emission)
     yield Progress(FIRST_LOOK, 0.0)
     if direct:
-        H0 += some.spread(direct(elements.centre[some.element], elements.normal[some.element]))
+        H0 += many.spread(direct(elements.centre[many.element], elements.normal[many.element]))
         yield Progress(FIRST_LOOK, 0.0)
+    # The sky changes less from place to place: fewer look at it.
+    fewer = choose_samples(elements, occluders, _UP * quality.samples, around, finer=many)
     if sky:
-        # It changes less from place to place: fewer look at it.
-        fewer = choose_samples(elements, occluders, _UP * quality.samples, around)
         H0 += fewer.spread(sky(elements.centre[fewer.element], elements.normal[fewer.element]))
-    look = yield from first_look(elements, some, H0, occluders, quality, workers)
+    look = yield from first_look(elements, many, H0, occluders, quality, workers)
     # A few samples tell where the light is, and the links are made for that.
     guess, known, typical = ambient_guess(elements, H0, look, through)
     scenery = build_scenery(elements, guess, typical, occluders, known)
-    some = choose_samples(elements, occluders, _FEW, around)
-    steps = _bounces(some, scenery, look, H0, through, guess, _COARSE, workers, iterations, _COARSELY)
-    roughly, rough = yield from _renamed(steps, FIRST_LOOK)
+    samples = choose_samples(elements, occluders, quality.samples, around, finer=fewer)
+    few = choose_samples(elements, occluders, _FEW, around, finer=samples)
+    steps = bounces(few, scenery, look, H0, through, guess, _COARSE, workers, iterations, _COARSELY)
+    roughly, rough = yield from renamed(steps, FIRST_LOOK)
     typical = typical_irradiance(elements, rough.irradiance, roughly.row_sums()) or typical
     scenery = build_scenery(elements, rough.radiosity, typical, occluders)
     yield Progress(LINKS, 0.0)
-    samples = choose_samples(elements, occluders, quality.samples, around)
-    transport, solution = yield from _bounces(
+    transport, solution = yield from bounces(
         samples, scenery, look, H0, through, rough.radiosity, quality.solve, workers, iterations, tolerance
     )
     typical = typical_irradiance(elements, solution.irradiance, transport.row_sums()) or typical
@@ -168,68 +156,6 @@ def solve(
     straight = look.irradiance(transport.sums)
     rays = look.rays + transport.rays
     return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, through, sides, rays)
-
-
-def _bounces(
-    samples: Samples,
-    scenery: Scenery,
-    look: Look,
-    direct: Float,
-    through: Translucence | None,
-    guess: Float,
-    detail: Detail,
-    workers: Executor,
-    iterations: int,
-    tolerance: float,
-) -> Generator[Progress, None, tuple[HierarchicalTransport, Solution]]:
-    """Link samples and let light bounce, with the energy in balance.
-
-    Lamps' own light has been looked at closely: B' = B - E of the lamps = E' + rho (H straight + G B').
-    """
-    elements = look.elements
-    transport = yield from hierarchical_transport(elements, samples, scenery, detail, workers)
-    straight, rho = direct + look.irradiance(transport.sums), elements.reflectance
-    dim = elements.emission - look.emission
-    source = dim + scattered(rho, straight, through)
-    # Where the light is decides how much of it goes amiss: once by the guess, once by the solution. The first sweep, of
-    # what is emitted, is direct light (T6).
-    transport = transport.balanced(guess - look.emission)
-    swept = partial(gathering, emission=source, reflectance=rho, through=through)
-    swept = partial(swept, sweep="accelerated" if iterations >= _FIRST else "jacobi")
-    first = yield from swept(transport, iterations=min(iterations, _FIRST), tolerance=tolerance, start=dim)
-    solution = first
-    if iterations > 1:
-        transport = transport.balanced(first.radiosity)
-        # Where no sweeps are left to go on with, all of them are made again: as many bounces as were asked for.
-        done = first.iterations if first.iterations < iterations else 0
-        solution = yield from swept(
-            transport,
-            iterations=iterations - done,
-            tolerance=max(_CLOSER * tolerance, min(tolerance, _FINEST)),
-            start=first.radiosity if done else dim,
-        )
-        converged = solution.residual <= tolerance
-        solution = replace(solution, iterations=done + solution.iterations, converged=converged)
-    return transport, replace(
-        solution,
-        radiosity=look.emission + solution.radiosity,
-        irradiance=straight + solution.irradiance,
-        direct=straight + transport.gather(dim),
-    )
-
-
-def _renamed(steps: Generator[Progress, None, T], stage: str) -> Generator[Progress, None, T]:
-    """Let steps be part of one stage; what they show so far is too rough to be shown."""
-    try:
-        while True:
-            try:
-                next(steps)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-            yield Progress(stage, 1.0)
-    finally:
-        steps.close()
 
 
 def patch_solution(lit: Lit, patches: Patches) -> Solution:

@@ -2,8 +2,8 @@
 """What arrives at the corners of a fine mesh, of which some look for the others.
 
 They lie so close that most have the indirect light of their neighbours. So only samples look at everything, and those
-corners that do not see their sample or lie where samples differ; lamps are looked at by all. (Ward, Rubinstein, Clear
-1988 interpolate in the same spirit.)
+corners that do not see their sample or lie where samples differ; at elements that are lamps many more look. (Ward,
+Rubinstein, Clear 1988 interpolate in the same spirit.)
 """
 
 from collections.abc import Generator
@@ -12,22 +12,26 @@ from concurrent.futures import Executor
 import numpy as np
 from numpy.typing import NDArray
 
-from ..progress import Progress
+from ..progress import Progress, scaled
 from .blending import blended
+from .clustering import choose_samples
 from .elements import Elements
-from .exchange import stream_rows
-from .glances import STAGE, Corners, Glance, glance_at
-from .quality import Detail, Quality
-from .receivers import DirectLight, group_receivers
-from .rows import gather
-from .samples import Samples, choose_samples
-from .scenery import node_means
+from .glances import Corners, Glance, glance_at
+from .lamplight import lamplight
+from .neighbourhoods import find_neighbourhoods
+from .quality import Quality
+from .receivers import DirectLight
+from .samples import Samples
 from .sights import joined, of_all
 from .solve import Lit
 from .tree import Float, Int
 
 # Samples of a neighbourhood that differ by more than this share of their light leave room for shadows in between.
 _DIFFER = 0.25
+# One of so many corners looks at the lamps, but at least so many times as many as look at all else.
+_OF_CORNERS, _MORE = 16, 2
+# Share of the final gather that is done after the lamps, and after the samples.
+_LAMPS, _SAMPLES = 0.4, 0.7
 
 
 def sparse_glances(
@@ -39,9 +43,10 @@ def sparse_glances(
     workers: Executor,
     rim: NDArray[np.bool_],
     edges: tuple[Int, Int],
+    typical: float,
     sky: DirectLight | None = None,
 ) -> Generator[Progress, None, Glance]:
-    """Let every corner look at the lamps, and some look at everything for the others; otherwise as `glances`.
+    """Let many corners look at the lamps, and some look at everything for the others; otherwise as `glances`.
 
     Parameters
     ----------
@@ -49,28 +54,35 @@ def sparse_glances(
         Corners where surfaces meet and light changes fast: those look themselves, if they are not too many.
     edges : tuple of two ndarrays of shape (e,)
         Corners that are neighbours on a smooth stretch.
+    typical : float
+        Irradiance that errors are judged by [W/m^2].
     sky : callable, optional
         Light of the sky, which counts among the others: it changes as slowly as what has bounced.
     """
-    bright, links, rays = yield from _lamps(corners, lit, quality.gather, workers)
+    many, samples = _samples(corners, lit, quality)
+    lamps = lamplight(corners, lit, many, edges, typical, quality.gather, workers)
+    direct, links, rays = yield from scaled(lamps, 0, _LAMPS)
     # What samples see of the lamps is not what their neighbours see: it is told apart.
     known = np.column_stack((shown, lit.lamp))
-    samples = _samples(corners, lit, quality)
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
-    sampled = yield from glance_at(corners, samples.element, lit, known, need, quality.gather, workers)
+    steps = glance_at(corners, samples.element, lit, known, need, quality.gather, workers)
+    sampled = yield from scaled(steps, _LAMPS, _SAMPLES)
     indirect = _without_lamps(sampled) + from_sky(corners, samples.element, sky)
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
     others = blended(samples, indirect, corners.point, corners.normal, edges, sampled.alone)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     if len(closer):
-        more = yield from glance_at(corners, closer, lit, known, need, quality.gather, workers)
+        steps = glance_at(corners, closer, lit, known, need, quality.gather, workers)
+        more = yield from scaled(steps, _SAMPLES, 1)
         others[closer] = _without_lamps(more) + from_sky(corners, closer, sky)
         covered[closer], alone[closer] = more.covered, more.alone
         sights.append(of_all(more.sights, closer))
         links, rays = links + more.links, rays + more.rays
-    return Glance(bright, others, covered, alone, joined(sights), links + sampled.links, rays + sampled.rays)
+    return Glance(
+        np.tile(direct, 2), others, covered, alone, joined(sights), links + sampled.links, rays + sampled.rays
+    )
 
 
 def _without_lamps(glance: Glance) -> Float:
@@ -100,8 +112,8 @@ def from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
     return np.tile(sky(corners.point[which], corners.normal[which]), 2)
 
 
-def _samples(corners: Corners, lit: Lit, quality: Quality) -> Samples:
-    """Choose the corners that look for others."""
+def _samples(corners: Corners, lit: Lit, quality: Quality) -> tuple[Samples, Samples]:
+    """Choose the corners that look at the lamps for others, and those that look at all else."""
     point, none = corners.point, np.zeros((len(corners.point), 3))
     places = Elements(
         corners=np.repeat(point[:, None], 4, axis=1),
@@ -112,7 +124,11 @@ def _samples(corners: Corners, lit: Lit, quality: Quality) -> Samples:
         reflectance=none,
         emission=none,
     )
-    return choose_samples(places, lit.scenery.occluders, quality.corners, sides=lit.sides)
+    occluders = lit.scenery.occluders
+    around = find_neighbourhoods(places, occluders, lit.sides)
+    most = max(len(point) // _OF_CORNERS, _MORE * quality.corners)
+    many = choose_samples(places, occluders, most, around)
+    return many, choose_samples(places, occluders, quality.corners, around, finer=many)
 
 
 def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], rim: NDArray[np.bool_], most: int) -> Int:
@@ -125,20 +141,3 @@ def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], rim: NDA
     differ = ((high - low) / np.maximum(high + low, 1e-300))[samples.region][samples.cluster]
     torn = np.flatnonzero(((differ > _DIFFER) | rim) & ~looking)
     return np.sort(torn[np.argsort(-differ[torn], kind="stable")[:most]])
-
-
-def _lamps(
-    corners: Corners, lit: Lit, detail: Detail, workers: Executor
-) -> Generator[Progress, None, tuple[Float, int, int]]:
-    """Gather the light straight from lamps at all corners, shape (q, 6) [W/m^2]."""
-    light, links, rays = np.zeros((len(corners.point), 3)), 0, 0
-    if lit.lamps is not None:
-        shining = np.flatnonzero(lit.lamp.any(axis=1))
-        means = node_means(lit.lamps.sources, lit.elements.area[shining], lit.lamp[shining])
-        receivers = group_receivers(corners.point, corners.normal)
-        for rows in stream_rows(receivers, lit.lamps, detail, workers):
-            run = slice(receivers.first[rows.group[0]], receivers.first[rows.group[-1] + 1])
-            light[receivers.index[run]] = gather(rows, receivers, means)
-            links, rays = links + len(rows.weight), rays + rows.rays
-            yield Progress(STAGE, 0.3 * (int(rows.group[-1]) + 1) / len(receivers))
-    return np.tile(light, 2), links, rays

@@ -76,7 +76,9 @@ class Unblocked:
         most = 3 * 0.5 * _LAYERS * float(np.max(self.radiosity, initial=0.0))
         large = np.flatnonzero(most * size**2 > self.fine * self.power)
         at, facing = point[:, large].reshape(-1, 3), normal[:, large].reshape(-1, 3)
-        light[:, large] = self._of_emitters(at, facing).reshape(len(point), -1)
+        if self.sources is not None:
+            shining = unblocked_irradiance(at, facing, self.sources, self.corners, self.radiosity[:, None])
+            light[:, large] = shining.reshape(len(point), -1)
         for lamp in self.lamps:
             power, radius = _power(lamp), _radius(lamp)
             distance = np.sqrt(((point[-1] - lamp.centre) ** 2).sum(axis=1)) - radius
@@ -87,26 +89,45 @@ class Unblocked:
             light[:, near] += lamp.unshadowed(at, facing).mean(axis=1).reshape(len(point), -1)
         return light
 
-    def _of_emitters(self, point: Float, normal: Float) -> Float:
-        light = np.zeros(len(point))
-        if self.sources is None or not len(point):
-            return light
-        sources, receivers = self.sources, group_receivers(point, normal)
-        one = np.ones(len(self.radiosity))
-        links = find_links(receivers, np.arange(len(receivers)), sources, one, angle=0.7, error=np.inf)
-        count = np.diff(receivers.first)[links.group]
-        pair, receiver = counted(count, receivers.first[links.group])
-        factors = np.zeros(len(pair))
-        near, node = links.near[pair], links.node[pair]
-        for where, exact in ((np.flatnonzero(near), True), (np.flatnonzero(~near), False)):
-            at, facing = receivers.point[receiver[where]], receivers.normal[receiver[where]]
-            if exact:
-                emitter = sources.tree.order[sources.tree.start[node[where]]]
-                factors[where] = near_form_factors(at, facing, self.corners[emitter])
-            else:
-                factors[where] = far_form_factors(at, facing, sources, node[where])
-        light[receivers.index] = np.bincount(receiver, factors * self.radiosity[node], len(point))
+
+def unblocked_irradiance(point: Float, normal: Float, sources: Sources, corners: Float, radiosity: Float) -> Float:
+    """Return the light of emitters at points as if nothing stood in the way.
+
+    Parameters
+    ----------
+    point, normal : ndarray of shape (n, 3)
+        [m]; unit length.
+    sources : Sources
+        Of the emitters.
+    corners : ndarray of shape (l, 4, 3)
+        Of the emitters [m].
+    radiosity : ndarray of shape (m, k)
+        Of the nodes of the sources [W/m^2].
+
+    Returns
+    -------
+    ndarray of shape (n, k)
+    """
+    light = np.zeros((len(point), radiosity.shape[1]))
+    if not len(point):
         return light
+    receivers = group_receivers(point, normal)
+    one = np.ones(len(radiosity))
+    links = find_links(receivers, np.arange(len(receivers)), sources, one, angle=0.7, error=np.inf)
+    count = np.diff(receivers.first)[links.group]
+    pair, receiver = counted(count, receivers.first[links.group])
+    factors = np.zeros(len(pair))
+    near, node = links.near[pair], links.node[pair]
+    for where, exact in ((np.flatnonzero(near), True), (np.flatnonzero(~near), False)):
+        at, facing = receivers.point[receiver[where]], receivers.normal[receiver[where]]
+        if exact:
+            emitter = sources.tree.order[sources.tree.start[node[where]]]
+            factors[where] = near_form_factors(at, facing, corners[emitter])
+        else:
+            factors[where] = far_form_factors(at, facing, sources, node[where])
+    for channel, shining in zip(light.T, radiosity.T, strict=True):
+        channel[receivers.index] = np.bincount(receiver, factors * shining[node], len(point))
+    return light
 
 
 def unblocked_light(patches: Patches, lamps: Sequence[Lamp], fine: float) -> Unblocked:

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..hierarchy.corners import COVERED, Corners, corner_receivers, final_gather
+from ..hierarchy.corners import COVERED, Corners, final_gather
 from ..hierarchy.exposed import exposed_corners, shown_light
 from ..hierarchy.quality import QUALITIES
 from ..hierarchy.solve import Lit, patch_solution, solve
+from ..hierarchy.vantages import corner_receivers
 from ..lighting.lamps import SkyLamp, direct_light
 from ..meshing import Patches
 from ..progress import Progress

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from core.hierarchy.blending import blended
+from core.hierarchy.clustering import choose_samples
 from core.hierarchy.elements import Elements
 from core.hierarchy.filter import mesh_edges
-from core.hierarchy.samples import choose_samples
 from core.scene import Scene
 
 SIDE = 40

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from core.hierarchy.corners import corner_receivers
 from core.hierarchy.elements import split_patches
 from core.hierarchy.exposed import Shown, exposed_corners
+from core.hierarchy.vantages import corner_receivers
 from core.meshing import mesh
 from core.refined_scene import refined_scene
 from core.refinement import refine

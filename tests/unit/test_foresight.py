@@ -9,10 +9,10 @@ import pytest
 
 from core.errors import RadiosityError
 from core.hierarchy import foresight, linking
+from core.hierarchy.clustering import choose_samples
 from core.hierarchy.elements import split_patches
 from core.hierarchy.linking import hierarchical_transport
 from core.hierarchy.quality import QUALITIES
-from core.hierarchy.samples import choose_samples
 from core.hierarchy.scenery import build_scenery
 from core.meshing import mesh
 from core.progress import exhaust

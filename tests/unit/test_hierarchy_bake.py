@@ -9,7 +9,7 @@ import pytest
 
 from core.bake import bake
 from core.errors import RadiosityError
-from core.hierarchy.corners import corner_receivers
+from core.hierarchy.vantages import corner_receivers
 from core.lighting.round_lamps import SunLamp
 from core.lighting.sky import SkyLamp
 from core.progress import exhaust

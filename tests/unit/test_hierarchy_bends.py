@@ -6,7 +6,7 @@ import pytest
 
 from core.bake import bake
 from core.hierarchy.bends import find_bends
-from core.hierarchy.corners import corner_receivers
+from core.hierarchy.vantages import corner_receivers
 from core.progress import exhaust
 from core.scene import Scene
 from core.settings import Settings

@@ -8,11 +8,12 @@ import pytest
 
 from core.bake import bake
 from core.hierarchy import quality as qualities
+from core.hierarchy.clustering import _hidden, choose_samples
 from core.hierarchy.elements import split_patches
 from core.hierarchy.neighbourhoods import find_neighbourhoods
 from core.hierarchy.probes import points_facing_dark
 from core.hierarchy.receivers import SPARSE_SIZE, group_receivers, group_size
-from core.hierarchy.samples import _hidden, choose_samples, each
+from core.hierarchy.samples import each
 from core.lighting.sky import SkyLamp
 from core.meshing import mesh
 from core.progress import exhaust
@@ -109,6 +110,7 @@ def test_none_under_a_pot_speaks_for_the_open_floor_whatever_the_normals_of_the_
         assert dark[cluster].all() or not dark[cluster].any()
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_cluttered_room_is_as_bright_with_its_normals_outwards(box, monkeypatch):
     sparse = replace(qualities.QUALITIES["medium"], samples=150, corners=30)
     monkeypatch.setitem(qualities.QUALITIES, "medium", sparse)
@@ -232,3 +234,20 @@ def test_there_are_about_as_many_groups_of_samples_as_of_all():
     ]
     assert groups == pytest.approx(3 * groups[:1], rel=0.1)
     assert group_size(10, 100_000) == SPARSE_SIZE
+
+
+def test_fewer_samples_are_chosen_from_more_of_them(parted):
+    elements, occluders = parted
+    around = find_neighbourhoods(elements, occluders)
+    many = choose_samples(elements, occluders, 400, around)
+    few = choose_samples(elements, occluders, 60, around, finer=many)
+    assert len(few) < 80 < len(many)
+    # Whoever has a sample in common has one in common among the fewer.
+    assert (few.cluster == few.cluster[many.element][many.cluster]).all()
+    assert np.isin(few.element, many.element).all()
+    assert np.array_equal(few.cluster[few.element], np.arange(len(few)))
+    assert few.area.sum() == pytest.approx(elements.area.sum())
+    beyond = elements.centre[:, 0] + 1e-3 * elements.normal[:, 0] > 0.5
+    assert (beyond == beyond[few.element[few.cluster]]).all()
+    values = np.random.default_rng(2).uniform(size=(len(few), 3))
+    assert elements.area @ few.spread(values) == pytest.approx(few.area @ values)

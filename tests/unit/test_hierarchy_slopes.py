@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from core.bake import bake
-from core.hierarchy.corners import corner_receivers
 from core.hierarchy.elements import split_patches
 from core.hierarchy.sights import Sights
 from core.hierarchy.slopes import find_slopes
+from core.hierarchy.vantages import corner_receivers
 from core.meshing import mesh
 from core.progress import exhaust
 from core.scene import Scene
