@@ -96,9 +96,10 @@ def bake(
     patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
     yield Progress("Surfaces", 0.0)
     occluders = occluders or scene_occluders(scene, patches)
-    yield Progress("Surfaces", 1.0)
+    yield Progress("Surfaces", 0.4)
     if (scene.sides == AUTO).any():
         scene = without_doubles(choose_sides(scene, patches, occluders, settings.sides, seed=settings.seed))
+        yield Progress("Surfaces", 0.9)
         patches = mesh(scene, max_edge=settings.max_edge, subdivide=settings.subdivide)
     meshed = time.perf_counter()
     solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)

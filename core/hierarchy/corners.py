@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..meshing import Patches
-from ..progress import Progress
+from ..progress import Progress, scaled
 from ..scene import Scene
 from .bends import find_bends
 from .elements import Elements
 from .exposed import Shown
 from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
-from .glances import COVERED, STAGE, Corners, Glance, glances
+from .glances import COVERED, STAGE, Corners, glances
 from .meetings import at_edges, exchange, find_meetings
 from .probes import points_among_dark
 from .quality import Quality
@@ -39,6 +39,10 @@ _MOST_NEED = 6.0
 _DIM = 0.5
 # So many times as many corners as may look all look: with those that look for themselves samples were hardly fewer.
 _HARDLY_MORE = 1.5
+# Share of the final gather that is done after the glances, and after the lamps.
+_GLANCES, _LAMPS = 0.6, 0.9
+# Corners that lamps are asked for at a time.
+_BLOCK = 1 << 16
 # Rounds of the filter where most corners only learn what arrives at others, and for the sky: few rays tell each of it.
 _MANY_ROUNDS = 10
 _SKY_SAME = 0.12  # see `smoothed`: one ray more or less of a far window is as much
@@ -96,15 +100,14 @@ def final_gather(
     edges = mesh_edges(scene, corners.group)
     if few:
         bends = find_bends(scene, corners.normal, corners.group)
-        glance = yield from glances(corners, lit, sent, need, quality, workers, bends=bends)
+        steps = glances(corners, lit, sent, need, quality, workers, bends=bends)
     else:
         rim = at_edges(scene, corners)
-        glance = yield from sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, typical, sky)
+        steps = sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, typical, sky)
+    glance = yield from scaled(steps, 0, _GLANCES)
     above = from_sky(corners, np.arange(len(corners.point)), sky if few else None)
     covered = glance.covered | cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
-    yield Progress(STAGE, 1.0)
-    lamps = _straight(glance, corners, direct)
-    yield Progress(STAGE, 1.0)
+    lamps = glance.bright + (yield from scaled(_from_lamps(corners, direct, dense=not few), _GLANCES, _LAMPS))
     arriving = (lamps + glance.others + above)[:, :3]
     around, known = _around(corners, elements, np.column_stack((irradiance, shown.first)), shown.exposed, patches)
     dim = known & ~covered & (arriving.sum(axis=1) < _DIM * around[:, :3].sum(axis=1))
@@ -123,8 +126,9 @@ def final_gather(
     links, rays, seen, aside = glance.links, glance.rays, NOTHING, np.zeros((0, 3))
     if len(meetings.owner):
         even = np.ones(len(meetings.owner))
-        more = yield from glances(meetings.aside, lit, sent, even, quality, workers, SPARSE_SIZE)
-        aside = (_straight(more, meetings.aside, direct, sky) + more.others)[:, :3]
+        more = yield from scaled(glances(meetings.aside, lit, sent, even, quality, workers, SPARSE_SIZE), _LAMPS, 1)
+        aside = more.bright + more.others + (yield from scaled(_from_lamps(meetings.aside, direct, sky), 1, 1))
+        aside = aside[:, :3]
         links, rays, seen = links + more.links, rays + more.rays, more.sights
     slopes = find_slopes(glance.sights.pick(~close), scene, corners, elements, patches)
     # What comes through from the other side is there whatever else shines at a place.
@@ -135,13 +139,16 @@ def final_gather(
     return light[:, :3], light[:, 3:], links, rays
 
 
-def _straight(glance: Glance, corners: Corners, *lamps: DirectLight | None) -> Float:
-    """Return the light that comes from bright clusters and from lamps, shape (q, 6) [W/m^2]."""
-    light = glance.bright
-    for lamp in lamps:
-        if lamp is not None:
-            light = light + np.tile(lamp(corners.point, corners.normal), 2)
-    return light
+def _from_lamps(corners: Corners, *lamps: DirectLight | None, dense: bool = False) -> Generator[Progress, None, Float]:
+    """Ask for the light of lamps at all corners, shape (q, 6): twice, as all light and as what is emitted [W/m^2]."""
+    light = np.zeros((len(corners.point), 3))
+    for first in range(0, len(light), _BLOCK):
+        yield Progress(STAGE, first / len(light))
+        part = slice(first, first + _BLOCK)
+        for lamp in lamps:
+            if lamp is not None:
+                light[part] += lamp(corners.point[part], corners.normal[part], dense=dense)
+    return np.tile(light, 2)
 
 
 def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float, typical: float) -> Float:

@@ -107,7 +107,7 @@ def first_look(
     if not len(shining):
         return Look(elements, samples, shining, emission, None, None, [], everywhere)
     scenery = build_scenery(elements.pick(shining), E[shining], everywhere, occluders)
-    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element])
+    receivers = group_receivers(elements.centre[samples.element], elements.normal[samples.element], workers=workers)
     rows: list[Rows] = []
     done = 0
     for part in stream_rows(receivers, scenery, quality.direct, workers):

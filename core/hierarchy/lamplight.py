@@ -134,7 +134,7 @@ def _seen(corners: Corners, which: Int, lit: Lit, detail: Detail, workers: Execu
     shining = np.flatnonzero(lit.lamp.any(axis=1))
     means = node_means(lit.lamps.sources, lit.elements.area[shining], lit.lamp[shining])
     point, normal = corners.point[which], corners.normal[which]
-    receivers = group_receivers(point, normal)
+    receivers = group_receivers(point, normal, workers=workers)
     for rows in stream_rows(receivers, lit.lamps, detail, workers):
         run = slice(receivers.first[rows.group[0]], receivers.first[rows.group[-1] + 1])
         light[receivers.index[run]] = gather(rows, receivers, means)

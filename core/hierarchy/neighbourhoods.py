@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which elements are neighbours: a tree of sheets that look one way, which samples of any number are chosen from."""
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,7 +115,10 @@ class Neighbourhoods:
 
 
 def find_neighbourhoods(
-    elements: Elements, occluders: Surroundings, sides: NDArray[np.uint8] | None = None
+    elements: Elements,
+    occluders: Surroundings,
+    sides: NDArray[np.uint8] | None = None,
+    workers: Executor | None = None,
 ) -> Neighbourhoods:
     """Sort elements into a tree that samples are chosen from.
 
@@ -125,13 +129,15 @@ def find_neighbourhoods(
         Tells which elements are under something: those are neighbours of each other only.
     sides : ndarray of shape (f,), optional
         Which sides of all faces that block have light; their fronts when not given.
+    workers : concurrent.futures.Executor, optional
+        See `build_tree`.
 
     Returns
     -------
     Neighbourhoods
     """
     covered = points_facing_dark(elements.centre, elements.normal, sides, occluders)
-    tree = build_tree(elements.centre, elements.normal, 1e3 * covered.astype(float))
+    tree = build_tree(elements.centre, elements.normal, 1e3 * covered.astype(float), workers=workers)
     low, high = tree.extremes(elements.corners.min(axis=1), elements.corners.max(axis=1))
     vector = tree.sums(elements.area[:, None] * elements.normal)
     mean = vector / np.maximum(np.sqrt((vector * vector).sum(axis=1)), 1e-300)[:, None]

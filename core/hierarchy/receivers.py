@@ -5,8 +5,9 @@ Receivers are points with a normal: patch centres for the solution, mesh corners
 nearly the same clusters, so the hierarchy is walked once for a group and its links form a small dense block.
 """
 
-from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -16,8 +17,13 @@ GROUP_SIZE = 16
 # Samples lie far apart for the size of what is around them: in large groups, all that is within would count as near.
 SPARSE_SIZE = 2
 
-# Irradiance [W/m^2] that no element sends, shape (n, 3), at points [m] with normals, both of shape (n, 3).
-DirectLight = Callable[[Float, Float], Float]
+
+class DirectLight(Protocol):
+    """Light that no element sends."""
+
+    def __call__(self, points: Float, normals: Float, /, *, dense: bool = False) -> Float:
+        """Return the irradiance at points with normals, (n, 3) and (n, 3) to (n, 3); see `lamp_irradiance`."""
+        ...
 
 
 def group_size(looking: int, among: int) -> int:
@@ -71,7 +77,7 @@ class Receivers:
         return len(self.radius)
 
 
-def group_receivers(point: Float, normal: Float, size: int = GROUP_SIZE) -> Receivers:
+def group_receivers(point: Float, normal: Float, size: int = GROUP_SIZE, workers: Executor | None = None) -> Receivers:
     """Sort receivers into groups of neighbours that look the same way.
 
     Parameters
@@ -80,12 +86,14 @@ def group_receivers(point: Float, normal: Float, size: int = GROUP_SIZE) -> Rece
         [m]; unit length.
     size : int
         Most receivers in a group.
+    workers : concurrent.futures.Executor, optional
+        See `build_tree`.
 
     Returns
     -------
     Receivers
     """
-    tree = build_tree(point, normal, most=size)
+    tree = build_tree(point, normal, most=size, workers=workers)
     nodes = tree.cut(size)
     index = tree.order
     first = np.append(tree.start[nodes], len(index))

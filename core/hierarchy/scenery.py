@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What light travels through: elements in clusters, how bright those may be, and what stands between."""
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,12 @@ class Scenery:
 
 
 def build_scenery(
-    elements: Elements, radiosity: Float, typical: float, occluders: Surroundings, known: Float | None = None
+    elements: Elements,
+    radiosity: Float,
+    typical: float,
+    occluders: Surroundings,
+    known: Float | None = None,
+    workers: Executor | None = None,
 ) -> Scenery:
     """Cluster elements by where they are and how bright they may be.
 
@@ -57,6 +63,8 @@ def build_scenery(
     occluders : Surroundings
     known : ndarray of shape (n, 3), optional
         What of it is no guess: what is alike in that is clustered. Rooms that no lamp shines into stay for themselves.
+    workers : concurrent.futures.Executor, optional
+        See `build_tree`.
 
     Returns
     -------
@@ -67,7 +75,7 @@ def build_scenery(
     shade = np.clip(np.log2(np.maximum(told, 2.0**_DARKEST)), _DARKEST, _BRIGHTEST)
     # Next to nothing is what a rough solution leaves in rooms that no light reaches: those stay for themselves.
     shade[told < _UNLIT] = 2 * _DARKEST
-    sources = build_sources(elements.corners, elements.centre, elements.normal, elements.area, shade)
+    sources = build_sources(elements.corners, elements.centre, elements.normal, elements.area, shade, workers)
     return _scenery(sources, elements, bright, occluders)
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..lighting.kinds import Lamp
 from ..meshing import Patches
+from ..occlusion.shared_out import SharedOut
 from ..progress import Progress, renamed
 from ..solution import Solution
 from ..translucence import Translucence, piece_translucence
@@ -122,31 +123,35 @@ def solve(
     Lit
     """
     yield Progress("Elements", 0.0)
-    elements = split_patches(patches, occluders, tolerance=quality.split, size=quality.size, lamps=lamps)
+    asked = SharedOut(occluders, workers)
+    elements = split_patches(patches, asked, tolerance=quality.split, size=quality.size, lamps=lamps)
     through = piece_translucence(elements.corners, elements.patch, patches)
+    yield Progress("Elements", 0.6)
+    around = find_neighbourhoods(elements, asked, sides, workers) if len(elements) > _FEW else None
     yield Progress("Elements", 1.0)
-    around = find_neighbourhoods(elements, occluders, sides) if len(elements) > _FEW else None
     # That light is only to be passed on: of very many elements some look for those around them.
-    many = choose_samples(elements, occluders, _STRAIGHT * quality.samples, around)
+    many = choose_samples(elements, asked, _STRAIGHT * quality.samples, around)
     H0 = np.zeros_like(elements.emission)
     yield Progress(FIRST_LOOK, 0.0)
     if direct:
         H0 += many.spread(direct(elements.centre[many.element], elements.normal[many.element]))
         yield Progress(FIRST_LOOK, 0.0)
     # The sky changes less from place to place: fewer look at it.
-    fewer = choose_samples(elements, occluders, _UP * quality.samples, around, finer=many)
+    fewer = choose_samples(elements, asked, _UP * quality.samples, around, finer=many)
     if sky:
         H0 += fewer.spread(sky(elements.centre[fewer.element], elements.normal[fewer.element]))
+        yield Progress(FIRST_LOOK, 0.0)
     look = yield from first_look(elements, many, H0, occluders, quality, workers)
     # A few samples tell where the light is, and the links are made for that.
     guess, known, typical = ambient_guess(elements, H0, look, through)
-    scenery = build_scenery(elements, guess, typical, occluders, known)
-    samples = choose_samples(elements, occluders, quality.samples, around, finer=fewer)
-    few = choose_samples(elements, occluders, _FEW, around, finer=samples)
+    scenery = build_scenery(elements, guess, typical, occluders, known, workers)
+    yield Progress(FIRST_LOOK, 1.0)
+    samples = choose_samples(elements, asked, quality.samples, around, finer=fewer)
+    few = choose_samples(elements, asked, _FEW, around, finer=samples)
     steps = bounces(few, scenery, look, H0, through, guess, _COARSE, workers, iterations, _COARSELY)
     roughly, rough = yield from renamed(steps, FIRST_LOOK)
     typical = typical_irradiance(elements, rough.irradiance, roughly.row_sums()) or typical
-    scenery = build_scenery(elements, rough.radiosity, typical, occluders)
+    scenery = build_scenery(elements, rough.radiosity, typical, occluders, workers=workers)
     yield Progress(LINKS, 0.0)
     transport, solution = yield from bounces(
         samples, scenery, look, H0, through, rough.radiosity, quality.solve, workers, iterations, tolerance

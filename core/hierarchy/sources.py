@@ -9,6 +9,7 @@ that it shows in each direction, a quadratic form of its normals: the even part 
 (Basri, Jacobs 2003). So a far cluster costs four evaluations of the kernel at most, whatever it holds.
 """
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,7 +90,14 @@ class Sources:
     normals: Float
 
 
-def build_sources(corners: Float, centre: Float, normal: Float, area: Float, shade: Float | None = None) -> Sources:
+def build_sources(
+    corners: Float,
+    centre: Float,
+    normal: Float,
+    area: Float,
+    shade: Float | None = None,
+    workers: Executor | None = None,
+) -> Sources:
     """Cluster patches into a hierarchy of sources.
 
     Parameters
@@ -102,12 +110,14 @@ def build_sources(corners: Float, centre: Float, normal: Float, area: Float, sha
         [m^2], positive.
     shade : ndarray of shape (n,), optional
         Binary logarithm of how bright each is, see `build_tree`.
+    workers : concurrent.futures.Executor, optional
+        See `build_tree`.
 
     Returns
     -------
     Sources
     """
-    tree = build_tree(centre, normal, shade, compact=True)
+    tree = build_tree(centre, normal, shade, compact=True, workers=workers)
     low, high = tree.extremes(corners.min(axis=1), corners.max(axis=1))
     total, node_centre, covariance = moments(tree, corners, centre, area)
     vector = tree.sums(area[:, None] * normal)

@@ -12,6 +12,7 @@ from concurrent.futures import Executor
 import numpy as np
 from numpy.typing import NDArray
 
+from ..occlusion.shared_out import SharedOut
 from ..progress import Progress, scaled
 from .blending import blended
 from .clustering import choose_samples
@@ -59,7 +60,7 @@ def sparse_glances(
     sky : callable, optional
         Light of the sky, which counts among the others: it changes as slowly as what has bounced.
     """
-    many, samples = _samples(corners, lit, quality)
+    many, samples = _samples(corners, lit, quality, workers)
     lamps = lamplight(corners, lit, many, edges, typical, quality.gather, workers)
     direct, links, rays = yield from scaled(lamps, 0, _LAMPS)
     # What samples see of the lamps is not what their neighbours see: it is told apart.
@@ -112,7 +113,7 @@ def from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
     return np.tile(sky(corners.point[which], corners.normal[which]), 2)
 
 
-def _samples(corners: Corners, lit: Lit, quality: Quality) -> tuple[Samples, Samples]:
+def _samples(corners: Corners, lit: Lit, quality: Quality, workers: Executor) -> tuple[Samples, Samples]:
     """Choose the corners that look at the lamps for others, and those that look at all else."""
     point, none = corners.point, np.zeros((len(corners.point), 3))
     places = Elements(
@@ -124,8 +125,8 @@ def _samples(corners: Corners, lit: Lit, quality: Quality) -> tuple[Samples, Sam
         reflectance=none,
         emission=none,
     )
-    occluders = lit.scenery.occluders
-    around = find_neighbourhoods(places, occluders, lit.sides)
+    occluders = SharedOut(lit.scenery.occluders, workers)
+    around = find_neighbourhoods(places, occluders, lit.sides, workers)
     most = max(len(point) // _OF_CORNERS, _MORE * quality.corners)
     many = choose_samples(places, occluders, most, around)
     return many, choose_samples(places, occluders, quality.corners, around, finer=many)

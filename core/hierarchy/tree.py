@@ -6,7 +6,9 @@ face clusters (Willmott, Heckbert, Garland 1999) before its far sides are taken 
 A node covers a contiguous run of `Tree.order`; parents come before their children, siblings side by side.
 """
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -14,11 +16,15 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray as Float
 from ..arrays import IntArray as Int
+from ..workers import in_order
 from .splitting import split
 
 __all__ = ["Float", "Int", "Tree", "build_tree", "least_cosine"]
 
 Kind = TypeVar("Kind", bound=np.generic)
+
+# Elements that are split at a time, about.
+_TOGETHER = 1 << 15
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +145,13 @@ def least_cosine(tree: Tree, normal: Float, mean: Float) -> Float:
 
 
 def build_tree(
-    position: Float, normal: Float, shade: Float | None = None, *, compact: bool = False, most: int = 1
+    position: Float,
+    normal: Float,
+    shade: Float | None = None,
+    *,
+    compact: bool = False,
+    most: int = 1,
+    workers: Executor | None = None,
 ) -> Tree:
     """Split elements by the longest axis of position, orientation and plane offset until each stands alone.
 
@@ -155,6 +167,8 @@ def build_tree(
         Keep clusters small rather than of one orientation, where that makes better sources of light.
     most : int
         Elements that need not be split any further.
+    workers : concurrent.futures.Executor, optional
+        Who splits large levels, and is not waiting for this; the tree does not depend on it, bit for bit.
 
     Returns
     -------
@@ -176,8 +190,22 @@ def build_tree(
         children.append(child)
         if not len(inner):
             break
-        middle = split(order, start[inner], stop[inner], position, normal, shade, compact)
+        halves = partial(_halved, order, position=position, normal=normal, shade=shade, compact=compact)
+        parts = _parts(start[inner], stop[inner])
+        middle = np.concatenate(list(in_order(workers, halves, parts, len(parts)) if workers else map(halves, parts)))
         starts.append(np.column_stack((start[inner], middle)).ravel())
         stops.append(np.column_stack((middle, stop[inner])).ravel())
         levels.append((last, last + 2 * len(inner)))
     return Tree(order, np.concatenate(starts), np.concatenate(stops), np.concatenate(children), tuple(levels))
+
+
+def _parts(start: Int, stop: Int) -> list[tuple[Int, Int]]:
+    """Return runs of elements in parts that are split at a time: their temporaries stay near a core."""
+    done = np.cumsum(stop - start)
+    ends = np.flatnonzero(np.diff(done // _TOGETHER, append=-1)) + 1
+    return list(zip(np.split(start, ends[:-1]), np.split(stop, ends[:-1]), strict=True))
+
+
+def _halved(order: Int, runs: tuple[Int, Int], *, position: Float, normal: Float, shade: Float, compact: bool) -> Int:
+    """Split runs of elements in place, see `split`."""
+    return split(order, *runs, position, normal, shade, compact)

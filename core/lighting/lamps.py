@@ -30,6 +30,8 @@ __all__ += ["direct_light", "lamp_irradiance", "scene_reach"]
 # A sky is as large as the world: it takes more cells along each side than a lamp, and more rays where openings end.
 _SKY_CELLS = 3
 _FINER, _SKY_FINER = 3, 4
+# Where receivers lie close together, each needs fewer: nobody looks at one by itself.
+_FINER_AMONG_MANY = 2
 # Where much of the sky is seen, and in a rough look, errors are small beside what there is.
 _SKY_WELL, _SKY_ROUGH = 2, 1
 # Rays for each lamp and receiver in the first look, by the quality of a bake.
@@ -45,6 +47,7 @@ def lamp_irradiance(
     rays: int,
     reach: float,
     rough: bool = False,
+    dense: bool = False,
     workers: Executor | None = None,
 ) -> FloatArray:
     """Return the light that lamps and sky send straight to receivers.
@@ -63,6 +66,8 @@ def lamp_irradiance(
         Longest way that anything can be met on [m], see `scene_reach`.
     rough : bool
         Whether the light is only to be passed on: the errors of many receivers cancel.
+    dense : bool
+        Whether receivers lie much closer together than light changes.
     workers : concurrent.futures.Executor, optional
         Who computes; the result does not depend on it, bit for bit.
 
@@ -76,7 +81,8 @@ def lamp_irradiance(
         light = lamp.unshadowed(points, normals)
         lit = np.flatnonzero(light.any(axis=1))
         if lamp.shadows and len(lit):
-            side, finer, well, blockers = max(1, ceil(sqrt(rays))), _FINER, _FINER, occluders
+            side, blockers = max(1, ceil(sqrt(rays))), occluders
+            finer = well = _FINER_AMONG_MANY if dense else _FINER
             if isinstance(lamp, SkyLamp):
                 side, blockers = _SKY_CELLS * side, sky_occluders(occluders)
                 finer, well = (_SKY_WELL, _SKY_ROUGH) if rough else (_SKY_FINER, _SKY_WELL)
@@ -107,6 +113,7 @@ def direct_light(
     *,
     lamps: Sequence[Lamp] | None = None,
     rough: bool = False,
+    dense: bool = False,
     workers: Executor | None = None,
 ) -> FloatArray:
     """Return the light that a scene's lamps send straight to receivers in it, as finely as the settings ask for.
@@ -122,7 +129,7 @@ def direct_light(
         What blocks.
     lamps : sequence of Lamp, optional
         Some of the scene's; all when not given.
-    rough, workers
+    rough, dense, workers
         See `lamp_irradiance`.
 
     Returns
@@ -139,6 +146,7 @@ def direct_light(
         rays=rays,
         reach=reach,
         rough=rough,
+        dense=dense,
         workers=workers,
     )
 

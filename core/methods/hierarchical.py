@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..hierarchy.corners import COVERED, Corners, final_gather
 from ..hierarchy.exposed import exposed_corners, shown_light
+from ..hierarchy.glances import STAGE
 from ..hierarchy.quality import QUALITIES
 from ..hierarchy.solve import Lit, patch_solution, solve
 from ..hierarchy.vantages import corner_receivers
@@ -81,6 +82,7 @@ def hierarchical(
         )
         lit = yield from clock.watch(steps)
 
+        yield Progress(STAGE, 0.0)
         shown = shown_light(lit, patches, smooth_groups(scene))
         exposed = exposed_corners(shown, lit.elements, patches, len(scene.corner_vertex))
         corners = corner_receivers(scene, exposed)

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The hierarchy's tree, the sources on it, the groups of receivers, and the links between them."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from core.hierarchy import tree as trees
 from core.hierarchy.sources import shown_area
+from core.hierarchy.splitting import split as split_runs
 from core.hierarchy.tree import build_tree
 from tests.unit.source_trees import ball, elements_below, measured, random_polygons, sources_of, split
 
@@ -141,3 +145,26 @@ def test_walls_are_parted_as_before():
     centre, normal, _ = measured(split(walls, 4))
     small, plain = (build_tree(centre, normal, compact=compact) for compact in (True, False))
     assert (small.order == plain.order).all() and (small.start == plain.start).all()
+
+
+@pytest.mark.parametrize("compact", [True, False])
+def test_a_tree_is_the_same_whoever_splits_and_how_much_at_a_time(monkeypatch, compact):
+    rng = np.random.default_rng(7)
+    position, normal = rng.normal(size=(2, 3000, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    shade = rng.normal(size=3000)
+    whole = build_tree(position, normal, shade, compact=compact)
+    splits = []
+    monkeypatch.setattr(
+        trees, "split", lambda order, start, *rest: splits.append(len(start)) or split_runs(order, start, *rest)
+    )
+    monkeypatch.setattr(trees, "_TOGETHER", 200)
+    with ThreadPoolExecutor(3) as workers:
+        parted = build_tree(position, normal, shade, compact=compact, workers=workers)
+    assert len(splits) > 3 * len(parted.levels)
+    assert all(np.array_equal(one, other) for one, other in zip(tree_arrays(whole), tree_arrays(parted), strict=True))
+
+
+def tree_arrays(tree):
+    """Return what a tree is made of."""
+    return tree.order, tree.start, tree.stop, tree.child, np.array(tree.levels)

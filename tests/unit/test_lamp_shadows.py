@@ -8,6 +8,7 @@ import pytest
 
 from core.lighting.lamps import AreaLamp, PointLamp, SkyLamp, SunLamp, direct_light, lamp_irradiance, scene_reach
 from core.meshing import mesh
+from core.occlusion import shared_out
 from core.scene import Scene
 from core.settings import Settings
 from core.visibility import scene_occluders
@@ -163,3 +164,44 @@ def test_an_interrupted_look_at_a_lamp_leaves_nothing_to_wait_for():
         )
     assert len(workers.futures) > 1
     assert all(future.cancelled() for future in workers.futures[1:])
+
+
+def test_receivers_close_together_need_fewer_rays_each():
+    scene = Scene.from_polygons([SQUARE, 0.5 * SQUARE + UP])
+    patches = mesh(scene)
+    occluders, asked = scene_occluders(scene, patches), {}
+    points = np.column_stack((np.linspace(0, 1.5, 3000), np.zeros((3000, 2))))
+    normals = np.tile(UP, (3000, 1))
+
+    class Counted:
+        def blocked(self, origins, targets):
+            asked[dense] = asked.get(dense, 0) + len(origins)
+            return occluders.blocked(origins, targets)
+
+    light = {}
+    for dense in (False, True):
+        light[dense] = lamp_irradiance([LAMPS["ball"]], points, normals, Counted(), rays=9, reach=9.0, dense=dense)
+    exact = lamp_irradiance([LAMPS["ball"]], points, normals, occluders, rays=900, reach=9.0)
+    assert asked[True] < 0.7 * asked[False]
+    error = light[True] - exact
+    assert abs(error.mean()) < 2e-3 * exact.mean()
+    assert np.sqrt((error**2).mean()) < 0.02 * exact.max()
+
+
+def test_segments_are_shared_out_among_workers(monkeypatch):
+    monkeypatch.setattr(shared_out, "_PART", 500)
+    scene = Scene.from_polygons([SQUARE, 0.5 * SQUARE + UP])
+    occluders, asked = scene_occluders(scene, mesh(scene)), []
+    start, end = np.random.default_rng(3).uniform(-1, 2, (2, 2600, 3))
+
+    class Noted:
+        def blocked(self, origins, targets):
+            asked.append(len(origins))
+            return occluders.blocked(origins, targets)
+
+    with ThreadPoolExecutor(2) as workers:
+        shared = shared_out.SharedOut(Noted(), workers).blocked(start, end)
+        assert not len(shared_out.SharedOut(Noted(), workers).blocked(start[:0], end[:0]))
+    assert sorted(asked) == [0, 100, *5 * [500]]
+    np.testing.assert_array_equal(shared, occluders.blocked(start, end))
+    assert 0.02 < shared.mean() < 0.5

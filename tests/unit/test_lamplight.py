@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from core.bake import bake
-from core.hierarchy import lamplight, sparse_glances
+from core.hierarchy import corners, lamplight, sparse_glances
 from core.hierarchy import quality as qualities
 from core.hierarchy.kernels import near_form_factors
 from core.hierarchy.sources import build_sources
 from core.hierarchy.unblocked import unblocked_irradiance
+from core.lighting.lamps import PointLamp
 from core.meshing import mesh
 from core.progress import Progress, exhaust, scaled
 from core.scene import Scene
@@ -105,3 +106,15 @@ def yield_all(steps, told):
             told.append(next(steps))
         except StopIteration as end:
             return end.value
+
+
+def test_the_final_gather_of_a_fine_mesh_goes_forward_only(plain, monkeypatch):
+    scene, _ = plain
+    scene = replace(scene, lamps=[PointLamp("lamp", np.ones(3), np.array((2.0, 2.0, 3.0)))])
+    quality = replace(qualities.QUALITIES["preview"], corners=600, samples=300)
+    monkeypatch.setitem(qualities.QUALITIES, "preview", quality)
+    monkeypatch.setattr(corners, "_BLOCK", 1000)
+    told = []
+    yield_all(bake(scene, Settings(quality="preview")), told)
+    done = [step.fraction for step in told if step.stage == "Final gather"]
+    assert len(done) > 15 and done == sorted(done) and done[0] == 0
