@@ -4,8 +4,6 @@
 Fewer samples are chosen from more of them: who sees his own sample, and that one another, is told by that.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -62,28 +60,28 @@ def choose_samples(
     cluster = np.zeros(n, np.int64)
     cluster[tree.order] = np.repeat(np.arange(len(nodes)), tree.size[nodes])
     region = around.regions(nodes, alike)
-    finer, speakers = finer or each(elements), elements
+    finer = finer or each(elements)
+    centre, normal, weight = elements.centre, elements.normal, elements.area
     if not finer.single:
         # What of the finer ones reaches over the edge of a node goes where their sample is.
         kept, cluster = np.unique(cluster[finer.element], return_inverse=True)
         cluster, region = cluster.reshape(-1), np.unique(region[kept], return_inverse=True)[1].reshape(-1)
-        speakers = replace(elements.pick(finer.element), area=finer.area)
-    _part(cluster, speakers, occluders, most)
+        centre, normal, weight = centre[finer.element], normal[finer.element], finer.area
+    _part(cluster, centre, normal, weight, occluders, most)
     region = np.append(region, np.max(region) + 1 + np.arange(np.max(cluster) + 1 - len(region)))
     # A cluster whose sample alone was left keeps it; the sample sees itself.
-    element = finer.element[_nearest(speakers, cluster)]
+    element = finer.element[_nearest(centre, weight, cluster)]
     cluster = cluster[finer.cluster]
-    within = _from_middles(elements, cluster)
-    weight, place = np.bincount(region), elements.centre[element]
-    arm = place - np.stack([np.bincount(region, place[:, k]) / weight for k in range(3)], axis=1)[region]
-    slope = _slopes(region, arm, len(weight))
+    within = _from_middles(elements.centre, elements.area, cluster)
+    arm = _from_middles(elements.centre[element], np.ones(len(element)), region)
+    slope = _slopes(region, arm, int(np.max(region)) + 1)
     order = np.argsort(cluster, kind="stable")
     begin = np.searchsorted(cluster[order], np.arange(len(element)))
     area = np.bincount(cluster, elements.area)
     return Samples(element, cluster, area, region, arm, slope, within, order, begin)
 
 
-def _part(cluster: Int, elements: Elements, occluders: Surroundings, most: int) -> None:
+def _part(cluster: Int, centre: Float, normal: Float, area: Float, occluders: Surroundings, most: int) -> None:
     """Make new clusters of the elements that do not see the sample of theirs, in place.
 
     As from the other side of a wall, each is one of its own, once they are few. Sheets above each other come off one by
@@ -93,8 +91,8 @@ def _part(cluster: Int, elements: Elements, occluders: Surroundings, most: int) 
     left = np.arange(len(cluster))
     for turn in range(_ROUNDS):
         own = np.unique(cluster[left], return_inverse=True)[1].reshape(-1)
-        element = _nearest(elements.pick(left), own)
-        hidden = left[_hidden(elements, left, left[element][own], occluders)]
+        sample = left[_nearest(centre[left], area[left], own)][own]
+        hidden = left[_hidden(centre, normal, left, sample, occluders)]
         seeing, left = len(left) - len(hidden), hidden
         first = np.max(cluster) + 1
         if len(left) <= _FEW * most:
@@ -105,27 +103,27 @@ def _part(cluster: Int, elements: Elements, occluders: Surroundings, most: int) 
             return
 
 
-def _from_middles(elements: Elements, cluster: Int) -> Float:
+def _from_middles(centre: Float, area: Float, cluster: Int) -> Float:
     """Return the way from the middle of each one's cluster, shape (n, 3) [m]."""
-    area = np.bincount(cluster, elements.area)
-    middle = np.stack([np.bincount(cluster, elements.area * elements.centre[:, k]) / area for k in range(3)], axis=1)
-    within: Float = elements.centre - middle[cluster]
+    total = np.bincount(cluster, area)
+    middle = np.stack([np.bincount(cluster, area * axis) / total for axis in centre.T], axis=1)
+    within: Float = centre - middle[cluster]
     return within
 
 
-def _nearest(elements: Elements, cluster: Int) -> Int:
-    """Return the element nearest to the middle of each cluster."""
-    within = _from_middles(elements, cluster)
+def _nearest(centre: Float, area: Float, cluster: Int) -> Int:
+    """Return who is nearest to the middle of each cluster."""
+    within = _from_middles(centre, area, cluster)
     nearest = np.lexsort(((within * within).sum(axis=1), cluster))
     return nearest[np.searchsorted(cluster[nearest], np.arange(np.max(cluster) + 1))]
 
 
-def _hidden(elements: Elements, which: Int, sample: Int, occluders: Surroundings) -> NDArray[np.bool_]:
+def _hidden(centre: Float, normal: Float, which: Int, sample: Int, occluders: Surroundings) -> NDArray[np.bool_]:
     """Return which of some elements do not see their sample, from a little above the surface, shape (k,)."""
     others = np.flatnonzero(sample != which)
-    one, other = elements.centre[which[others]], elements.centre[sample[others]]
+    one, other = centre[which[others]], centre[sample[others]]
     lift = _LIFT * np.sqrt(((one - other) ** 2).sum(axis=1))[:, None]
-    above, over = one + lift * elements.normal[which[others]], other + lift * elements.normal[sample[others]]
+    above, over = one + lift * normal[which[others]], other + lift * normal[sample[others]]
     # Nor may one be shut in below that, as behind a picture on a wall.
     hidden = np.zeros(len(sample), bool)
     hidden[others] = occluders.blocked(above, over)

@@ -145,16 +145,21 @@ def _sums(receivers: Receivers, groups: Int, receiver: Int, factor: Single, brig
     return np.bincount(column, factor, 2 * (end - begin)).reshape(-1, 2)
 
 
-def tasks(receivers: Receivers) -> Iterator[Int]:
-    """Yield the groups of receivers in parts that one task computes."""
+def tasks(receivers: Receivers, most: int = TASK) -> Iterator[Int]:
+    """Yield the groups of receivers in parts of so many receivers, at most, that one task computes."""
     count = max(1, len(receivers.index))
-    step = max(1, int(np.clip(count // _TASKS, TASK // 8, TASK)) * len(receivers) // count)
+    step = max(1, int(np.clip(count // _TASKS, TASK // 8, most)) * len(receivers) // count)
     for first in range(0, len(receivers), step):
         yield np.arange(first, min(first + step, len(receivers)))
 
 
 def stream_rows(
-    receivers: Receivers, scenery: Scenery, detail: Detail, workers: Executor, need: Float | None = None
+    receivers: Receivers,
+    scenery: Scenery,
+    detail: Detail,
+    workers: Executor,
+    need: Float | None = None,
+    most: int = TASK,
 ) -> Iterator[Rows]:
     """Compute the rows of all groups in tasks, and yield them in order, whoever finishes first.
 
@@ -164,7 +169,7 @@ def stream_rows(
     def compute(groups: Int) -> Rows:
         return build_rows(receivers, groups, scenery, detail, need)
 
-    return in_order(workers, compute, tasks(receivers), _AHEAD)
+    return in_order(workers, compute, tasks(receivers, most), _AHEAD)
 
 
 def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, scenery: Scenery) -> Single:

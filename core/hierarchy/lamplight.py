@@ -29,11 +29,13 @@ from .unblocked import unblocked_irradiance
 
 # Samples next to each other that differ by more than this share of their light and of what is typical have an edge of a
 # shadow between them.
-_DIFFER = 0.1
+_DIFFER = 0.2
 # Share of the work that is done after the samples, and after what needs no rays.
 _FIRST, _SECOND = 0.25, 0.4
 # Corners that are lit without rays at a time, and how many such blocks ahead.
 _BLOCK, _AHEAD = 1 << 14, 4
+# Corners that look at a time: more than elsewhere, since each sees but a few lamps.
+_TOGETHER = 1 << 13
 
 Steps = Generator[Progress, None, tuple[Float, int, int]]
 
@@ -135,7 +137,7 @@ def _seen(corners: Corners, which: Int, lit: Lit, detail: Detail, workers: Execu
     means = node_means(lit.lamps.sources, lit.elements.area[shining], lit.lamp[shining])
     point, normal = corners.point[which], corners.normal[which]
     receivers = group_receivers(point, normal, workers=workers)
-    for rows in stream_rows(receivers, lit.lamps, detail, workers):
+    for rows in stream_rows(receivers, lit.lamps, detail, workers, most=_TOGETHER):
         run = slice(receivers.first[rows.group[0]], receivers.first[rows.group[-1] + 1])
         light[receivers.index[run]] = gather(rows, receivers, means)
         links, rays = links + len(rows.weight), rays + rows.rays

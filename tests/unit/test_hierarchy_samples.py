@@ -61,8 +61,9 @@ def test_none_behind_a_picture_speaks_for_the_wall_around_it(box):
     behind = wall & (np.abs(elements.centre[:, 1:] - 0.5) < 0.2).all(axis=1)
     hid, beside = np.flatnonzero(behind), np.flatnonzero(wall & ~behind)[:1]
     assert len(hid) == 16
-    assert _hidden(elements, hid, np.repeat(beside, len(hid)), occluders).all()
-    assert not _hidden(elements, beside, beside + 1, occluders).any()
+    places = elements.centre, elements.normal
+    assert _hidden(*places, hid, np.repeat(beside, len(hid)), occluders).all()
+    assert not _hidden(*places, beside, beside + 1, occluders).any()
 
 
 def test_a_floor_is_still_cut_where_little_things_take_up_all_clusters():

@@ -72,7 +72,7 @@ def test_some_corners_look_at_lamps_for_others_and_all_round_shadows(plain, lamp
     assert abs(error.mean()) < 1e-3 * mean
     # Where they look, rays differ; where they do not, light is as smooth as it is.
     assert np.sqrt((error**2).mean()) < 0.012 * mean
-    assert np.sqrt((error[~some[free]] ** 2).mean()) < 0.006 * mean
+    assert np.sqrt((error[~some[free]] ** 2).mean()) < 0.009 * mean
     assert every.min() < 0.02 * mean and few.min() < 0.02 * mean
 
 
