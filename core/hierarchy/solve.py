@@ -24,11 +24,12 @@ from .bounces import bounces
 from .clustering import choose_samples
 from .elements import Elements, split_patches
 from .first_look import STAGE as FIRST_LOOK
-from .first_look import ambient_guess, first_look, typical_irradiance
+from .first_look import Look, ambient_guess, first_look, typical_irradiance
 from .linking import STAGE as LINKS
 from .neighbourhoods import find_neighbourhoods
 from .quality import Detail, Quality
 from .receivers import DirectLight
+from .samples import Samples
 from .scenery import Scenery, build_scenery, relit
 from .transport import HierarchicalTransport
 from .tree import Float
@@ -142,25 +143,40 @@ def solve(
         H0 += fewer.spread(sky(elements.centre[fewer.element], elements.normal[fewer.element]))
         yield Progress(FIRST_LOOK, 0.0)
     look = yield from first_look(elements, many, H0, occluders, quality, workers)
-    # A few samples tell where the light is, and the links are made for that.
-    guess, known, typical = ambient_guess(elements, H0, look, through)
-    scenery = build_scenery(elements, guess, typical, occluders, known, workers)
     yield Progress(FIRST_LOOK, 1.0)
     samples = choose_samples(elements, asked, quality.samples, around, finer=fewer)
     few = choose_samples(elements, asked, _FEW, around, finer=samples)
-    steps = bounces(few, scenery, look, H0, through, guess, _COARSE, workers, iterations, _COARSELY)
-    roughly, rough = yield from renamed(steps, FIRST_LOOK)
-    typical = typical_irradiance(elements, rough.irradiance, roughly.row_sums()) or typical
-    scenery = build_scenery(elements, rough.radiosity, typical, occluders, workers=workers)
+    # A few samples tell where the light is, and the links are made for that.
+    radiosity, typical = yield from _rough_light(few, look, H0, through, occluders, workers, iterations)
+    scenery = build_scenery(elements, radiosity, typical, occluders, workers=workers)
     yield Progress(LINKS, 0.0)
     transport, solution = yield from bounces(
-        samples, scenery, look, H0, through, rough.radiosity, quality.solve, workers, iterations, tolerance
+        samples, scenery, look, H0, through, radiosity, quality.solve, workers, iterations, tolerance
     )
     typical = typical_irradiance(elements, solution.irradiance, transport.row_sums()) or typical
     scenery = relit(scenery, elements, solution.radiosity, typical)
     straight = look.irradiance(transport.sums)
     rays = look.rays + transport.rays
     return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, through, sides, rays)
+
+
+def _rough_light(
+    samples: Samples,
+    look: Look,
+    direct: Float,
+    through: Translucence | None,
+    occluders: Surroundings,
+    workers: Executor,
+    iterations: int,
+) -> Generator[Progress, None, tuple[Float, float]]:
+    """Solve for a few samples, and keep nothing but the radiosity of all elements and a typical irradiance [W/m^2]."""
+    elements = look.elements
+    guess, known, typical = ambient_guess(elements, direct, look, through)
+    scenery = build_scenery(elements, guess, typical, occluders, known, workers)
+    steps = bounces(samples, scenery, look, direct, through, guess, _COARSE, workers, iterations, _COARSELY)
+    transport, solution = yield from renamed(steps, FIRST_LOOK)
+    typical = typical_irradiance(elements, solution.irradiance, transport.row_sums()) or typical
+    return solution.radiosity, typical
 
 
 def patch_solution(lit: Lit, patches: Patches) -> Solution:

@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is said about memory follows what is taken."""
 
+import gc
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 
 import pytest
 
 from core import memory
+from core.bake import bake
+from core.hierarchy import solve
+from core.hierarchy.scenery import build_scenery
+from core.settings import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -41,3 +47,19 @@ def test_a_container_may_leave_less_than_the_machine(tmp_path, limit, used, expe
         (tmp_path / "memory.max").write_text(limit + "\n")
         (tmp_path / "memory.current").write_text(used + "\n")
     assert memory._linux_available(tmp_path / "meminfo", tmp_path) == expected
+
+
+def test_what_a_rough_solution_was_made_of_is_gone_when_the_links_are_made(cube, monkeypatch):
+    made = []
+
+    def noted(*args, **options):
+        scenery = build_scenery(*args, **options)
+        made.append(weakref.ref(scenery))
+        return scenery
+
+    monkeypatch.setattr(solve, "build_scenery", noted)
+    steps = bake(cube(0.5, 1.0, 6), Settings(quality="preview"))
+    while next(steps).stage != "Links":
+        pass
+    gc.collect()
+    assert len(made) == 2 and made[0]() is None and made[1]() is not None
