@@ -18,6 +18,9 @@ from .vectors import dots, picked
 # A cluster of several walls shines into each direction with its mean. It may if this many times what its parts differ
 # by is no more than other errors.
 _UNEVENLY = 2.0
+# A wall shines as its mean from end to end: from its dim end, too, which others see that do not see the bright one, so
+# light seems to spread faster than it does. All such errors add up, as those of far shapes do not: so many times more.
+_GRADED = 16.0
 # What carries this many times less than would be opened may be as near as this share of its radius, whatever the angle:
 # of what a receiver nearly touches it sees much, however little its middle says.
 _DIM = 4.0
@@ -98,7 +101,8 @@ def find_links(
         ample = (carried < error) & ((radius < _WIDE) | (apart & (_FAINT * carried < error)))
         fine = np.where(sources.wide[s], ample, fine)
         if uneven is not None:
-            fine &= sources.flat[s] | (_UNEVENLY * uneven[s] * carried < error)
+            amiss = np.where(sources.flat[s], _GRADED * np.minimum(ratio, 1), _UNEVENLY)
+            fine &= amiss * uneven[s] * carried < error
         done = leaf | fine
         found.append((g[done], s[done], form_factor[done], ~fine[done]))
         g, s = np.repeat(g[~done], 2), np.column_stack((tree.child[s[~done]], tree.child[s[~done]] + 1)).ravel()
@@ -108,8 +112,12 @@ def find_links(
 
 
 def unevenness(sources: Sources, brightness: Float) -> Float:
-    """Return by how much the parts that a node's quadrature points stand for differ from it, over its brightness."""
-    parts = np.abs(brightness[sources.below] - brightness[:, None]).max(axis=1)
+    """Return by how much parts of a node differ from it, over its brightness: halves of flat ones, else quarters."""
+    half = np.where((sources.tree.child >= 0) & sources.flat, sources.tree.child, np.arange(len(brightness)))
+    # Siblings lie side by side.
+    other = np.where(half > np.arange(len(half)), half + 1, half)
+    parts = np.column_stack((brightness[sources.below], brightness[half], brightness[other]))
+    parts = np.abs(parts - brightness[:, None]).max(axis=1)
     uneven: Float = parts / np.maximum(brightness, 1e-300)
     return uneven
 

@@ -65,7 +65,7 @@ QUALITIES = {
         corners=6_000,
         direct=Detail(0.7, 0.02, 0.05, 4),
         solve=Detail(1.0, 0.008, 0.03, 4),
-        gather=Detail(0.8, 0.008, 0.03, 8),
+        gather=Detail(0.8, 0.008, 0.04, 8),
     ),
     "medium": Quality(
         split=1e-4,
@@ -74,7 +74,7 @@ QUALITIES = {
         corners=12_000,
         direct=Detail(0.6, 0.01, 0.02, 8),
         solve=Detail(0.6, 0.001, 0.008, 8),
-        gather=Detail(0.5, 0.0006, 0.002, 32),
+        gather=Detail(0.5, 0.001, 0.0025, 32),
     ),
     "high": Quality(
         split=3e-5,

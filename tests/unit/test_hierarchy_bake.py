@@ -62,6 +62,18 @@ def test_energy_is_conserved_and_rows_add_up(scene, name):
     assert abs(report.row_sum.mean - 1) < 0.01
 
 
+def test_light_does_not_spread_faster_than_it_does(box):
+    """Along a passage that is lit at one end it gets ten times dimmer: walls are not as bright as on the mean."""
+    emission = np.zeros((6, 3))
+    emission[4] = 1
+    passage = Scene.from_polygons(box((8, 1, 1)), 0.85, emission)
+    dense = lit(passage, method="gathering", max_edge=0.25)
+    found = lit(passage, quality="high", max_edge=0.25)
+    far = np.abs(dense.patches.corners[:, :, 0].mean(axis=1) - 5) < 1
+    there = [float(one.patches.area[far] @ one.solution.irradiance[far, 0]) for one in (found, dense)]
+    assert there[0] == pytest.approx(there[1], rel=8e-3)
+
+
 def test_rows_of_what_is_inside_of_stacked_boxes_are_not_told(box):
     """Under a box that has no bottom the floor sees, through its top, the bottom of one that stands on it."""
     low = [face for face in box((0.28, 0.28, 0.28), (0.36, 0.36, 0.0), inward=False) if np.max(face[:, 2]) > 0]
