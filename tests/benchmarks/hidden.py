@@ -7,18 +7,20 @@ from numpy.typing import NDArray
 
 from .geometry import Geometry
 
-# Rays from a corner, how far off it they start (of the scene's extent), and the share of them that may meet a back.
+# Rays from a corner, how far above it they start (of the scene's extent), and the share of them that may meet a back.
 PROBES = 64
 OFFSET = 1e-5
+# How far towards the face's middle: as Cycles' bake, in shares of the corner's largest coordinate, or of a metre.
+INWARDS = 1e-4
 BACKS_ALLOWED = 0.1
 
 
 def hidden_corners(geometry: Geometry) -> NDArray[np.bool_]:
     """Tell which corners are buried.
 
-    Rays leave in all directions from just off the corner: along its face's normal and a little towards the face's
-    middle. In the open they meet fronts only (the face itself is the nearest of them); inside a solid or behind a
-    wall, backs. A corner where more than a tenth of the rays first meet a back is buried.
+    Rays leave in all directions from just off the corner: along its face's normal and as far towards the face's middle
+    as a bake moves there. In the open they meet fronts only (the face itself is the nearest of them); inside a solid or
+    behind a wall, backs. A corner where more than a tenth of the rays first meet a back is buried.
 
     Returns
     -------
@@ -32,7 +34,8 @@ def hidden_corners(geometry: Geometry) -> NDArray[np.bool_]:
     area = np.add.reduceat(np.cross(position, position[geometry.next_corner]), starts)
     normal = np.repeat(area / np.linalg.norm(area, axis=1, keepdims=True), corners, axis=0)
     offset = OFFSET * float(np.ptp(geometry.vertices, axis=0).max())
-    origins = position + offset * (normal + 0.5 * inwards)
+    inwards *= INWARDS * np.maximum(np.abs(position).max(axis=1, keepdims=True), 1.0)
+    origins = position + offset * normal + inwards
 
     faces = [geometry.corner_vertex[a:b].tolist() for a, b in zip(starts, geometry.face_start[1:], strict=True)]
     tree = BVHTree.FromPolygons(geometry.vertices.tolist(), faces)

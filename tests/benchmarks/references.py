@@ -62,7 +62,7 @@ def reference(
 
 def hidden(folder: Path, name: str, geometry: Geometry) -> NDArray[np.bool_]:
     """Return which corners are buried; see `hidden_corners`."""
-    file = folder / f"{name}-{_digest(geometry)}-hidden.npz"
+    file = folder / f"{name}-{_digest(geometry)}-buried.npz"
     if not file.exists():
         _save(file, hidden=hidden_corners(geometry))
     with np.load(file) as kept:

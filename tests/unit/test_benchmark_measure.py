@@ -73,3 +73,18 @@ def test_scenes_have_no_face_without_area(name):
             corners = part.mesh.vertices[part.mesh.faces]
             area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             assert (np.linalg.norm(area, axis=1) > 1e-6).all()
+
+
+@pytest.mark.parametrize("gap", (5e-5, -5e-5))
+def test_corners_that_a_bake_moves_into_a_box_are_buried(gap):
+    """A vertex at the very foot of a box: of its four faces two are under the box, and a bake writes black there."""
+    pytest.importorskip("bpy")
+    from tests.benchmarks.hidden import hidden_corners
+
+    ground = meshes.grid([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)], 2, 2)
+    crate = meshes.moved(meshes.box((-0.5, 0, 0), (0.5, 0.5, 0.5), 1.0, without="-z"), (1.0, 1.0 + gap, 0))
+    geometry = geometry_of(meshes.join(ground, crate))
+    at = (geometry.vertices[geometry.corner_vertex] == (1, 1, 0)).all(axis=1)
+    middle = geometry.vertices[geometry.corner_vertex].reshape(-1, 4, 3).mean(axis=1)[geometry.corner_face[at]]
+    assert np.count_nonzero(at) == 4
+    assert (hidden_corners(geometry)[at] == (middle[:, 1] > 1)).all()
