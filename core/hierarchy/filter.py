@@ -26,6 +26,7 @@ def smoothed(
     typical: float,
     rounds: int = ROUNDS,
     same: float = _SAME,
+    near: Float | None = None,
 ) -> Float:
     """Blend indirect light with that of neighbours along the edges of the mesh.
 
@@ -45,6 +46,9 @@ def smoothed(
         How often neighbours are asked.
     same : float
         Differences of neighbours that count half.
+    near : ndarray of shape (q,), optional
+        Light from what each stands right beside [W/m^2]. In a corner there is more of it than at an edge, however alike
+        all of the light is: those do not learn from each other.
 
     Returns
     -------
@@ -54,9 +58,11 @@ def smoothed(
     there = ~(covered[one] | covered[other])
     one, other = one[there], other[there]
     count = len(values)
-    grey, level = np.minimum(light.mean(axis=1), typical), values[:, :3].mean(axis=1)
-    apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
-    alike = 1 / (1 + np.minimum(np.abs(2 * apart / same), 1e3) ** 4)
+    grey, alike = np.minimum(light.mean(axis=1), typical), np.ones(len(one))
+    for level in (values[:, :3].mean(axis=1), near):
+        if level is not None:
+            apart = (level[one] - level[other]) / np.maximum(grey[one] + grey[other], 1e-270)
+            alike /= 1 + np.minimum(np.abs(2 * apart / same), 1e3) ** 4
     degree = np.bincount(one, minlength=count) + np.bincount(other, minlength=count)
     # Each gives and takes the same, so that no light is made; half of the way, so that nothing swings.
     share = (0.5 * alike / np.maximum(degree[one], degree[other]))[:, None]

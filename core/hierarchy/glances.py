@@ -35,12 +35,15 @@ class Corners:
     point, normal : ndarray of shape (q, 3)
         [m]; unit length, on the side that shows.
     group : ndarray of shape (c,)
-        Receiver of each of the scene's corners: one for each vertex and smooth group.
+        Receiver of each of the scene's corners: one for each vertex and smooth group, but for notches.
+    whole : ndarray of shape (c,), optional
+        What is to look alike, where that is told apart.
     """
 
     point: Float
     normal: Float
     group: Int
+    whole: Int | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,17 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..meshing import Patches
-from ..places import places
 from ..scene import Scene
 from .elements import Elements
 from .glances import Corners
+from .same_places import Neighbours, neighbours
 from .sights import Sights, beside, joined
 from .slopes import Slopes
 from .tree import Float, Int
+from .vectors import dots, picked
 
-# A corner stands a hundredth of an element off the edge: what it sees of the other is 4 % of the way across on the
-# mean, d (ln(2 H / d) - 1), and light changes evenly up to the middle. So this share is as there.
-_MIDDLE = 0.1
+# A receiver stands a little off the edge of its surface, and light changes fastest right there: it sees as much of the
+# other as from so much nearer.
+_NEARER = 0.8
+# In a corner of three walls so much less is seen of what is farther off.
+_CORNER = 0.7
 # How far from an edge a point is put beside it, as a share of its element's size.
 _ASIDE = 0.1
 # Normals that differ by less are of one plane.
@@ -30,69 +33,6 @@ _SAME_PLANE = 1e-3
 # Exchanges among those who meet, at most, and what is too little to go on for.
 _ROUNDS = 60
 _CONVERGED = 1e-4
-
-
-@dataclass(frozen=True, eq=False)
-class Neighbours:
-    """Which receiver stands for a patch at the place of another receiver.
-
-    Attributes
-    ----------
-    place : ndarray of shape (q,)
-        Number of the place of each receiver: the same for all that stand for corners there.
-    key, receiver : ndarray of shape (t,)
-        Place and patch in one number, ascending, and who stands for that patch there.
-    patches : int
-        How many there are.
-    """
-
-    place: Int
-    key: Int
-    receiver: Int
-    patches: int
-
-    def of(self, receiver: Int, patch: Int) -> Int:
-        """Return who stands for patches at the places of receivers, pair by pair, shape (k,); -1 for nobody."""
-        wanted = self.place[receiver] * self.patches + patch
-        found = np.minimum(np.searchsorted(self.key, wanted), len(self.key) - 1)
-        known: Int = np.where(self.key[found] == wanted, self.receiver[found], -1)
-        return known
-
-
-def corner_places(scene: Scene, corners: Corners) -> tuple[Int, Int]:
-    """Return numbers for the places where corners of a mesh are, whatever vertices they belong to.
-
-    Parameters
-    ----------
-    scene : Scene
-    corners : Corners
-        Its receivers.
-
-    Returns
-    -------
-    of_corner : ndarray of shape (c,)
-        Place of each of the scene's corners.
-    of_receiver : ndarray of shape (q,)
-    """
-    of_corner = places(scene.vertices)[scene.corner_vertex]
-    of_receiver = np.zeros(len(corners.point), np.int64)
-    of_receiver[corners.group] = of_corner
-    return of_corner, of_receiver
-
-
-def at_edges(scene: Scene, corners: Corners) -> NDArray[np.bool_]:
-    """Return which receivers share their place with another surface's, shape (q,); see `corner_places`."""
-    _, place = corner_places(scene, corners)
-    edge: NDArray[np.bool_] = np.bincount(place)[place] > 1
-    return edge
-
-
-def neighbours(scene: Scene, corners: Corners, patches: Patches) -> Neighbours:
-    """Find out which corners of a mesh are at the same place; parameters as for `find_meetings`."""
-    at, place = corner_places(scene, corners)
-    key = at[patches.touch_corner] * len(patches.area) + patches.touch_patch
-    order = np.argsort(key, kind="stable")
-    return Neighbours(place, key[order], corners.group[patches.touch_corner[order]], len(patches.area))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +49,8 @@ class Meetings:
         Points put beside receivers where the other surface has no corner, and what they look from.
     owner : ndarray of shape (p,)
         The receiver that each of those was put beside.
+    point : ndarray of shape (q + p, 3)
+        Where receivers and points aside are [m].
     neighbours : Neighbours
     """
 
@@ -116,6 +58,7 @@ class Meetings:
     other: Int
     aside: Corners
     owner: Int
+    point: Float
     neighbours: Neighbours
 
 
@@ -150,7 +93,7 @@ def find_meetings(
     owner, aside, which = _aside(sights.pick(lacking), corners, elements)
     other[lacking] = len(corners.point) + which
     met = other >= 0
-    return Meetings(sights.pick(met), other[met], aside, owner, known)
+    return Meetings(sights.pick(met), other[met], aside, owner, np.concatenate((corners.point, aside.point)), known)
 
 
 def exchange(
@@ -190,7 +133,8 @@ def exchange(
     seen = seen.pick(meetings.neighbours.of(back, elements.patch[seen.element]) == back)
     sights = joined((meetings.sights, replace(seen, receiver=count + seen.receiver)))
     other = np.concatenate((meetings.other, owner[seen.receiver]))
-    share = (np.where(other < count, 1 - _MIDDLE, 1) * sights.weight)[:, None]
+    there = np.where(other < count, 1 - towards_middle(sights, other, meetings.point, elements), 1)
+    share = (there * sights.weight)[:, None]
     E, rho, B = elements.emission[sights.element], elements.reflectance[sights.element], radiosity[sights.element]
     receiver = np.concatenate((sights.receiver, slopes.receiver))
     sloping = slopes.share[:, None] * elements.reflectance[slopes.element]
@@ -204,6 +148,35 @@ def exchange(
         if np.abs(H - before).max(initial=0) <= _CONVERGED * H.max(initial=0):
             break
     return H[:count]
+
+
+def towards_middle(sights: Sights, other: Int, point: Float, elements: Elements) -> Float:
+    """Return how far what receivers see of elements that they stand beside is from the end towards the middle.
+
+    A point at height h sees an element of size L, at whose edge it stands, in a distance of h (ln(2 L / h) - 1) on the
+    mean, and light changes evenly up to the middle.
+
+    Parameters
+    ----------
+    sights : Sights
+        Of elements that receivers stand beside.
+    other : ndarray of shape (k,)
+        Who stands for each element there: one who stands beside several is in a corner.
+    point : ndarray of shape (q, 3)
+        Of all receivers [m].
+    elements : Elements
+
+    Returns
+    -------
+    ndarray of shape (k,)
+        Zero for the end, one for the middle.
+    """
+    e = sights.element
+    height = np.abs(dots(picked(point, sights.receiver) - elements.corners[e, 0], picked(elements.normal, e)))
+    h = np.clip(_NEARER * height / np.sqrt(elements.area[e]), 1e-6, _NEARER)
+    pairs = np.unique(sights.receiver * len(point) + other)
+    several = np.bincount(pairs // len(point), minlength=len(point))[sights.receiver] > 1
+    return np.asarray(np.clip(np.where(several, _CORNER, 1) * 2 * h * (np.log(2 / h) - 1), 0, 1))
 
 
 def _foremost(sights: Sights, most: int) -> NDArray[np.bool_]:

@@ -91,3 +91,16 @@ def beside(sights: Sights, point: Float, elements: Elements) -> NDArray[np.bool_
     apart = at - nearest_points(at, elements.corners[element], elements.normal[element])
     close: NDArray[np.bool_] = dots(apart, apart) < _BESIDE**2 * elements.area[element]
     return close
+
+
+def light_from(sights: Sights, sent: Float, count: int) -> Float:
+    """Return the light that so many receivers get from what they see, shape (count, k) [W/m^2].
+
+    Parameters
+    ----------
+    sights : Sights
+    sent : ndarray of shape (n, k)
+        What each element sends [W/m^2].
+    count : int
+    """
+    return np.stack([np.bincount(sights.receiver, sights.weight * part[sights.element], count) for part in sent.T], 1)

@@ -8,11 +8,12 @@ from ..scene import BOTH, Scene
 from ..shading import shown_face_normals, shown_normals, smooth_groups
 from ..visibility import Occluders
 from .glances import Corners
+from .notches import parted
 from .tree import Float, Int
 
 # How far a corner's receiver moves into its faces, as a share of the way to their middle: off the edge, where the faces
 # next door would be seen edge on.
-_INSET = 0.02
+_INSET = 0.01
 # Receivers are raised above their own faces by so many times what it takes, reckoned with at least this cosine between
 # the normals.
 _CLEAR, _SLANTING = 1.05, 0.2
@@ -21,7 +22,7 @@ LAST_RESORT = 1e-9
 
 
 def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
-    """Return one receiver for each vertex and smooth group of a scene.
+    """Return one receiver for each vertex and smooth group of a scene, and for each face at notches.
 
     Parameters
     ----------
@@ -34,7 +35,8 @@ def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
     Corners
     """
     face = scene.corner_face
-    group = smooth_groups(scene)
+    whole = smooth_groups(scene)
+    group = parted(scene, whole)
     position = scene.vertices[scene.corner_vertex]
     inwards = _middles(scene)[face] - position
     weight = np.ones(len(group)) if exposed is None else exposed + LAST_RESORT
@@ -48,7 +50,8 @@ def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
     # Along the surface, not below it: the middles of the faces round a convex corner lie inside.
     into -= (into * normal).sum(axis=1, keepdims=True) * normal
     point = position[leader] + _INSET * into
-    return Corners(point + _lift(scene, point, normal, group)[:, None] * normal, normal, group)
+    raised = point + _lift(scene, point, normal, group)[:, None] * normal
+    return Corners(raised, normal, group, None if group is whole else whole)
 
 
 def _middles(scene: Scene) -> Float:

@@ -15,6 +15,7 @@ from ..arrays import FloatArray
 from ..hierarchy.corners import COVERED, Corners, final_gather
 from ..hierarchy.exposed import exposed_corners, shown_light
 from ..hierarchy.glances import STAGE
+from ..hierarchy.notches import at_corners
 from ..hierarchy.quality import QUALITIES
 from ..hierarchy.solve import Lit, patch_solution, solve
 from ..hierarchy.vantages import corner_receivers
@@ -96,12 +97,12 @@ def hierarchical(
         if back is not None:
             others = corner_receivers(back.scene)
             there, straight, more_links, more_rays = yield from gather(back.scene, others, back.patches)
-            beyond = LightBehind(back.corner, there[others.group], straight[others.group])
+            beyond = LightBehind(back.corner, *(at_corners(back.scene, others, light) for light in (there, straight)))
             links, rays = links + more_links, rays + more_rays
     return Solved(
         solution=patch_solution(lit, patches),
-        corner_irradiance=H[corners.group],
-        corner_direct=first[corners.group],
+        corner_irradiance=at_corners(scene, corners, H),
+        corner_direct=at_corners(scene, corners, first),
         row_sums=_row_sums(lit, patches, shown.exposed),
         energy=_energy(lit),
         reciprocity=None,

@@ -18,11 +18,11 @@ def strip() -> tuple[Scene, np.ndarray]:
     return scene, (2 * x + y).astype(int)
 
 
-def filtered(indirect: np.ndarray, lamps: float, typical: float) -> np.ndarray:
+def filtered(indirect: np.ndarray, lamps: float, typical: float, near: np.ndarray | None = None) -> np.ndarray:
     scene, group = strip()
     values = np.repeat(indirect[:, None], 3, axis=1)
     covered = np.zeros(len(indirect), bool)
-    return smoothed(values, values + lamps, mesh_edges(scene, group), covered, typical)[:, 0]
+    return smoothed(values, values + lamps, mesh_edges(scene, group), covered, typical, near=near)[:, 0]
 
 
 def test_noise_goes_and_no_light_is_made():
@@ -36,3 +36,10 @@ def test_noise_goes_and_no_light_is_made():
 def test_shades_stay_where_there_is_little_light_and_beside_lamps(lamps):
     edge = np.repeat(np.where(np.arange(COUNT + 1) < COUNT // 2, 0.6, 1.0), 2)
     assert filtered(edge, lamps, 1.0) == pytest.approx(edge, abs=0.01)
+
+
+def test_a_corner_does_not_learn_from_the_edges_that_end_there():
+    light = 1 + 0.02 * (np.arange(2 * COUNT + 2) < 2)
+    near = np.where(np.arange(2 * COUNT + 2) < 2, 0.7, 0.4)
+    assert filtered(light, 0.0, 1.0)[0] < 1.019
+    assert filtered(light, 0.0, 1.0, near)[0] == pytest.approx(1.02, abs=1e-4)

@@ -7,7 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.form_factors import point_to_polygon
+from core.hierarchy import meetings
+from core.hierarchy.elements import Elements
+from core.hierarchy.meetings import towards_middle
 from core.hierarchy.nearness import draw_near, nearest_points
+from core.hierarchy.sights import Sights
 from core.scene import Scene
 from core.sequences import PLASTIC
 
@@ -59,6 +63,29 @@ def test_no_point_of_a_polygon_is_nearer_than_the_nearest(polygon, point):
     least = np.sqrt(((there - point) ** 2).sum(axis=1)).min()
     distance = np.sqrt(((nearest - point) ** 2).sum())
     assert distance <= least + 1e-12 and distance >= least - 0.02
+
+
+@pytest.mark.parametrize("walls", [1, 2], ids=["at an edge", "in a corner"])
+def test_how_far_off_the_other_wall_is_seen(walls):
+    """Against many points of walls whose light rises evenly from where they meet the floor, and from each other."""
+    stands = 0.02
+    floor = np.array([0.5 if walls == 1 else stands, stands, 0.0])
+    wall = SQUARE[::-1, [0, 2, 1]]
+    drawn, weight = draw_near(*repeated(floor), U, V, *repeated(wall, (0, 1, 0)))
+    to = drawn - floor
+    seen = -weight * to[:, 2] * to[:, 1] / (to**2).sum(axis=1) ** 2
+    # The way to the middle is half as far in each direction that light changes in.
+    ways = drawn[:, 2] / 0.5 if walls == 1 else (drawn[:, 0] + drawn[:, 2])
+    exact = (seen * ways).sum() / seen.sum()
+
+    none = np.zeros((2, 3))
+    normal = np.array([(0, 1, 0), (1, 0, 0)], float)
+    both = np.stack((wall, SQUARE[:, [2, 0, 1]]))
+    elements = Elements(both, both.mean(axis=1), normal, np.ones(2), np.arange(2), none, none)
+    which = np.arange(walls)
+    sights = Sights(np.zeros(walls, np.int64), which, np.full(walls, 0.4), np.zeros((walls, 3)))
+    found = towards_middle(sights, 1 + which, np.array([floor / meetings._NEARER] * 3), elements)
+    assert found[0] == pytest.approx(exact, rel=0.15)
 
 
 def room(box, divisions, *, block=None):
