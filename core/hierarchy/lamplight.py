@@ -45,6 +45,7 @@ def lamplight(
     lit: Lit,
     samples: Samples,
     edges: tuple[Int, Int],
+    lone: NDArray[np.bool_],
     typical: float,
     detail: Detail,
     workers: Executor,
@@ -59,6 +60,8 @@ def lamplight(
         Of the corners: who looks first.
     edges : tuple of two ndarrays of shape (e,)
         Corners that are neighbours on a smooth stretch.
+    lone : ndarray of shape (q,)
+        Corners that nobody else looks for.
     typical : float
         Irradiance that errors are judged by [W/m^2].
     detail : Detail
@@ -87,7 +90,7 @@ def lamplight(
     share = np.divide(sampled, whole, out=np.zeros_like(sampled), where=whole > 0)
     light = bare * blended(samples, share, corners.point, corners.normal, edges, ~whole.any(axis=1))
     light[samples.element] = sampled
-    torn = _torn(samples, share.mean(axis=1), whole.mean(axis=1), edges, typical)
+    torn = lone | _torn(samples, share.mean(axis=1), whole.mean(axis=1), edges, typical)
     torn[samples.element] = False
     closer = np.flatnonzero(torn & bare.any(axis=1))
     if len(closer):

@@ -29,6 +29,8 @@ from .tree import Float, Int
 
 # Samples of a neighbourhood that differ by more than this share of their light leave room for shadows in between.
 _DIFFER = 0.25
+# How many times as far as usual it is from a lone corner to the next.
+_LONE = 8.0
 # One of so many corners looks at the lamps, but at least so many times as many as look at all else.
 _OF_CORNERS, _MORE = 16, 2
 # Share of the final gather that is done after the lamps, and after the samples.
@@ -61,7 +63,8 @@ def sparse_glances(
         Light of the sky, which counts among the others: it changes as slowly as what has bounced.
     """
     many, samples = _samples(corners, lit, quality, workers)
-    lamps = lamplight(corners, lit, many, edges, typical, quality.gather, workers)
+    lone = lone_corners(corners.point, edges, quality.corners // 2)
+    lamps = lamplight(corners, lit, many, edges, lone, typical, quality.gather, workers)
     direct, links, rays = yield from scaled(lamps, 0, _LAMPS)
     # What samples see of the lamps is not what their neighbours see: it is told apart.
     known = np.column_stack((shown, lit.lamp))
@@ -70,7 +73,7 @@ def sparse_glances(
     steps = glance_at(corners, samples.element, lit, known, need, quality.gather, workers)
     sampled = yield from scaled(steps, _LAMPS, _SAMPLES)
     indirect = _without_lamps(sampled) + from_sky(corners, samples.element, sky)
-    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, quality.corners)
+    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, lone, quality.corners)
     sights = [of_all(sampled.sights, samples.element)]
     others = blended(samples, indirect, corners.point, corners.normal, edges, sampled.alone)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
@@ -132,13 +135,41 @@ def _samples(corners: Corners, lit: Lit, quality: Quality, workers: Executor) ->
     return many, choose_samples(places, occluders, quality.corners, around, finer=many)
 
 
-def _closer(samples: Samples, light: Float, looking: NDArray[np.bool_], rim: NDArray[np.bool_], most: int) -> Int:
-    """Return the corners that have to look, but not too many: where samples around differ most, and at edges."""
+def lone_corners(point: Float, edges: tuple[Int, Int], most: int) -> NDArray[np.bool_]:
+    """Return which corners have no neighbour nearby as most have, shape (q,), the loneliest if there are too many.
+
+    Those of a wall of one face among fine things stand for all of it, and what would look for them may be a curtain
+    before it.
+    """
+    one, other = edges
+    way = point[one] - point[other]
+    squared = (way * way).sum(axis=1)
+    nearest = np.full(len(point), np.inf)
+    np.minimum.at(nearest, one, squared)
+    np.minimum.at(nearest, other, squared)
+    # What has no neighbours at all is a point, and shows nothing.
+    nearest[np.isinf(nearest)] = 0
+    lone = np.zeros(len(point), bool)
+    lone[np.argsort(-nearest, kind="stable")[:most]] = True
+    lone &= nearest > _LONE**2 * np.median(nearest)
+    return lone
+
+
+def _closer(
+    samples: Samples,
+    light: Float,
+    looking: NDArray[np.bool_],
+    rim: NDArray[np.bool_],
+    lone: NDArray[np.bool_],
+    most: int,
+) -> Int:
+    """Return the corners that have to look, but not too many: lone ones, where samples differ most, and at edges."""
     regions = len(samples.slope)
     low, high = np.full(regions, np.inf), np.zeros(regions)
     order = np.argsort(samples.region, kind="stable")
     begin = np.searchsorted(samples.region[order], np.arange(regions))
     low, high = np.minimum.reduceat(light[order], begin), np.maximum.reduceat(light[order], begin)
     differ = ((high - low) / np.maximum(high + low, 1e-300))[samples.region][samples.cluster]
+    differ[lone] = np.inf
     torn = np.flatnonzero(((differ > _DIFFER) | rim) & ~looking)
     return np.sort(torn[np.argsort(-differ[torn], kind="stable")[:most]])

@@ -2,6 +2,7 @@
 """Light straight from elements that are lamps, on meshes so fine that some corners look at them for others."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,9 +10,11 @@ import pytest
 from core.bake import bake
 from core.hierarchy import corners, lamplight, sparse_glances
 from core.hierarchy import quality as qualities
+from core.hierarchy.filter import mesh_edges
 from core.hierarchy.kernels import near_form_factors
 from core.hierarchy.sources import build_sources
 from core.hierarchy.unblocked import unblocked_irradiance
+from core.hierarchy.vantages import corner_receivers
 from core.lighting.lamps import PointLamp
 from core.meshing import mesh
 from core.progress import Progress, exhaust, scaled
@@ -118,3 +121,17 @@ def test_the_final_gather_of_a_fine_mesh_goes_forward_only(plain, monkeypatch):
     yield_all(bake(scene, Settings(quality="preview")), told)
     done = [step.fraction for step in told if step.stage == "Final gather"]
     assert len(done) > 15 and done == sorted(done) and done[0] == 0
+
+
+def test_corners_of_large_faces_among_fine_ones_look_for_themselves(plain):
+    scene, floor = plain
+    group = smooth_groups(scene)
+    receivers = corner_receivers(scene)
+    lone = sparse_glances.lone_corners(receivers.point, mesh_edges(scene, group), 100)
+    assert lone[group[~floor]].all() and not lone[group[floor]].any()
+    few = sparse_glances.lone_corners(receivers.point, mesh_edges(scene, group), 8)
+    assert 0 < few.sum() <= 8 and lone[few].all()
+    samples = SimpleNamespace(slope=np.zeros(1), region=np.zeros(1, int), cluster=np.zeros(len(lone), int))
+    nobody = np.zeros(len(lone), bool)
+    looking = sparse_glances._closer(samples, np.ones(1), nobody, nobody, lone, 1000)
+    assert np.array_equal(looking, np.flatnonzero(lone))
