@@ -25,7 +25,7 @@ from .receivers import SPARSE_SIZE, DirectLight
 from .rows import BRIGHT
 from .same_places import at_edges
 from .scenery import relit
-from .sights import NOTHING, beside, light_from
+from .sights import GAP, NOTHING, beside, light_from
 from .slopes import find_slopes
 from .solve import Lit
 from .sparse_glances import from_sky, sparse_glances
@@ -116,14 +116,15 @@ def final_gather(
     covered[dim] = points_among_dark(corners.point[dim], corners.normal[dim], lit.sides, lit.scenery.occluders)
     outside = past_walls(corners, edges, arriving, lit.sides, lit.scenery.occluders)
     covered[outside[0]] = True
-    close = beside(glance.sights, corners.point, elements)
+    edge = beside(glance.sights, corners.point, elements)
     lamp = lit.scenery.sources.tree.at_elements(lit.scenery.brightness > BRIGHT)
-    near = light_from(glance.sights.pick(close & few & ~lamp[glance.sights.element]), radiosity, len(arriving))
+    near = light_from(glance.sights.pick(edge & few & ~lamp[glance.sights.element]), radiosity, len(arriving))
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
     light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS, near=near.mean(axis=1))
     if above.any():
         light += blended(above, rounds=_MANY_ROUNDS, same=_SKY_SAME)
     light = with_light_outside(np.where((covered & known)[:, None], around, light), outside)
+    close = beside(glance.sights, corners.point, elements, GAP)
     # Most corners of a fine mesh have their neighbours' light: what is beside a few of them does not show.
     most = len(corners.point) if few else quality.corners // 4
     meetings = find_meetings(glance.sights.pick(close), scene, corners, elements, patches, most)

@@ -9,10 +9,10 @@ its own corner at that place, or where it has none from a point put beside; all 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..meshing import Patches
 from ..scene import Scene
+from .asides import foremost, points_aside, widths
 from .elements import Elements
 from .glances import Corners
 from .same_places import Neighbours, neighbours
@@ -26,10 +26,6 @@ from .vectors import dots, picked
 _NEARER = 0.8
 # In a corner of three walls so much less is seen of what is farther off.
 _CORNER = 0.7
-# How far from an edge a point is put beside it, as a share of its element's size.
-_ASIDE = 0.1
-# Normals that differ by less are of one plane.
-_SAME_PLANE = 1e-3
 # Exchanges among those who meet, at most, and what is too little to go on for.
 _ROUNDS = 60
 _CONVERGED = 1e-4
@@ -85,12 +81,14 @@ def find_meetings(
     """
     known = neighbours(scene, corners, patches)
     other = known.of(sights.receiver, elements.patch[sights.element])
+    gap = ~beside(sights, corners.point, elements)
     # Nobody meets himself: a face bent a little sees an end of its own.
     apart = other != sights.receiver
-    sights, other = sights.pick(apart), other[apart]
+    sights, other, gap = sights.pick(apart), other[apart], gap[apart]
     lacking = np.flatnonzero(other < 0)
-    lacking = lacking[_foremost(sights.pick(lacking), most)]
-    owner, aside, which = _aside(sights.pick(lacking), corners, elements)
+    lacking = lacking[foremost(sights.pick(lacking), most)]
+    across = gap[lacking]
+    owner, aside, which = points_aside(sights.pick(lacking), across, corners, elements, widths(corners, patches))
     other[lacking] = len(corners.point) + which
     met = other >= 0
     return Meetings(sights.pick(met), other[met], aside, owner, np.concatenate((corners.point, aside.point)), known)
@@ -177,36 +175,3 @@ def towards_middle(sights: Sights, other: Int, point: Float, elements: Elements)
     pairs = np.unique(sights.receiver * len(point) + other)
     several = np.bincount(pairs // len(point), minlength=len(point))[sights.receiver] > 1
     return np.asarray(np.clip(np.where(several, _CORNER, 1) * 2 * h * (np.log(2 / h) - 1), 0, 1))
-
-
-def _foremost(sights: Sights, most: int) -> NDArray[np.bool_]:
-    """Return the sights of the receivers that see most of what they stand beside, of so many receivers at most."""
-    receiver, which = np.unique(sights.receiver, return_inverse=True)
-    seen = np.bincount(which.ravel(), sights.weight, len(receiver))
-    foremost = np.zeros(len(receiver), bool)
-    foremost[np.argsort(-seen, kind="stable")[:most]] = True
-    return foremost[which.ravel()]
-
-
-def _aside(sights: Sights, corners: Corners, elements: Elements) -> tuple[Int, Corners, Int]:
-    """Put points on elements in front of receivers at their edge, one for each receiver and plane.
-
-    Returns
-    -------
-    owner : ndarray of shape (p,)
-        The receiver that each is put beside.
-    points : Corners
-    which : ndarray of shape (k,)
-        The point of each pair.
-    """
-    normal = elements.normal[sights.element]
-    plane = np.column_stack((sights.receiver, np.round(normal / _SAME_PLANE)))
-    _, first, which = np.unique(plane, axis=0, return_index=True, return_inverse=True)
-    owner, element, normal = sights.receiver[first], sights.element[first], normal[first]
-    at, forward = corners.point[owner], corners.normal[owner]
-    height = ((at - elements.corners[element, 0]) * normal).sum(axis=1)[:, None]
-    forward = forward - (forward * normal).sum(axis=1, keepdims=True) * normal
-    forward /= np.maximum(np.sqrt((forward * forward).sum(axis=1, keepdims=True)), 1e-300)
-    step = np.maximum(height, _ASIDE * np.sqrt(elements.area[element, None]))
-    points = Corners(at - height * normal + step * forward, normal, np.arange(len(owner)))
-    return owner, points, which.ravel()

@@ -14,8 +14,9 @@ from .rows import Rows
 from .tree import Float, Int, Tree
 from .vectors import dots
 
-# How near to an element a receiver stands beside it, as a share of the element's size.
-_BESIDE = 0.12
+# How near to an element a receiver stands beside it, as a share of the element's size: at its edge, or in front of it,
+# as across a gap.
+EDGE, GAP = 0.12, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,7 @@ def large_sights(rows: Rows, receivers: Receivers, tree: Tree) -> Sights:
     return Sights(receivers.index[first + member], element, rows.weight[large].astype(float), rows.middle)
 
 
-def beside(sights: Sights, point: Float, elements: Elements) -> NDArray[np.bool_]:
+def beside(sights: Sights, point: Float, elements: Elements, reach: float = EDGE) -> NDArray[np.bool_]:
     """Return which sights are of elements that the receiver stands beside: it sees little but their nearest end.
 
     Parameters
@@ -86,10 +87,16 @@ def beside(sights: Sights, point: Float, elements: Elements) -> NDArray[np.bool_
     point : ndarray of shape (q, 3)
         Of the receivers [m].
     elements : Elements
+    reach : float
+        How near that is, as a share of an element's size.
+
+    Returns
+    -------
+    ndarray of shape (k,)
     """
     at, element = point[sights.receiver], sights.element
     apart = at - nearest_points(at, elements.corners[element], elements.normal[element])
-    close: NDArray[np.bool_] = dots(apart, apart) < _BESIDE**2 * elements.area[element]
+    close: NDArray[np.bool_] = dots(apart, apart) < reach**2 * elements.area[element]
     return close
 
 

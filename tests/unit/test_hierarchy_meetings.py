@@ -114,3 +114,56 @@ def test_the_foot_of_a_block_does_not_depend_on_the_patches(box, light):
         for divisions in (4, 14)
     )
     assert coarse == pytest.approx(fine, rel=0.07)
+
+
+@pytest.fixture
+def behind_a_panel(box, light):
+    """Return the light on the end that a lamp shines past of a panel 2 cm off a wall, by how finely that is cut."""
+
+    def irradiance(divisions):
+        panel, lamp = box((0.8, 0.05, 0.8), (0.2, 0.02, 0.5), inward=False), box((0.1, 0.1, 0.1), (1.25, 0.25, 0.85))
+        polygons = [*box((2, 2, 2)), *panel, *(face[::-1] for face in lamp)]
+        on_wall = [all(face[:, 1] == 0) for face in polygons]
+        count = np.where(on_wall, divisions, np.repeat([6, 4, 1], 6))
+        glow = np.repeat([[0.0], [20.0]], [12, 6], axis=0) * np.ones(3)
+        scene = Scene.from_polygons(polygons, 0.7, glow, divisions=count)
+        at, normal = scene.vertices[scene.corner_vertex], scene.face_normal[scene.corner_face]
+        back = np.isclose(at[:, 1], 0.02) & np.isclose(at[:, 0], 1.0) & (normal[:, 1] < -0.5)
+        assert back.sum() == 2
+        return light(scene, "hierarchical").corner_irradiance[back].mean()
+
+    return irradiance
+
+
+@pytest.mark.parametrize("divisions", [8, 10, 11])
+def test_across_a_narrow_gap_a_shadow_is_seen_where_it_falls(behind_a_panel, divisions):
+    assert behind_a_panel(divisions) == pytest.approx(behind_a_panel(60), rel=0.12)
+
+
+def cushion(sides=24):
+    """Return a shallow bowl of narrow faces with a lid, 2 mm over the floor, and the height of its lower rims [m]."""
+    turn = np.arange(sides) * 2 * np.pi / sides
+    lowest, lower, upper = (
+        np.column_stack((0.47 + radius * np.cos(turn), 0.53 + radius * np.sin(turn), np.full(sides, height)))
+        for radius, height in ((0.05, 0.002), (0.08, 0.008), (0.17, 0.06))
+    )
+    rings = [
+        np.stack((low, np.roll(low, -1, axis=0), np.roll(high, -1, axis=0), high), axis=1)
+        for low, high in ((lowest, lower), (lower, upper))
+    ]
+    return [*rings[0], *rings[1], lowest[::-1], upper]
+
+
+def test_what_nearly_touches_a_coarse_floor_is_dark_as_over_a_fine_one(box, light):
+    faces = [*box(), *cushion()]
+    glow = np.zeros((len(faces), 3))
+    glow[5] = 1
+
+    def at_rim(divisions):
+        count = np.repeat([divisions, 1], [6, len(faces) - 6])
+        scene = Scene.from_polygons(faces, 0.7, glow, divisions=count)
+        rim = np.isclose(scene.vertices[scene.corner_vertex, 2], 0.002)
+        sideways = scene.face_normal[scene.corner_face, 2] > -0.999
+        return light(scene, "hierarchical").corner_irradiance[rim & sideways].mean()
+
+    assert at_rim(3) == pytest.approx(at_rim(30), rel=0.07)
