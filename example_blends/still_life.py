@@ -38,7 +38,7 @@ def still_life() -> None:
 
 
 def backdrop() -> Grid:
-    """Mesh a cloth that lies flat and then rises in an arc, in large faces: a baked copy cuts them where shadows end."""
+    """Mesh a cloth that lies flat and rises in an arc, in large faces: a baked copy cuts them where shadows end."""
     steps, bend = 12, 0.8
     angle = np.linspace(0.0, pi / 2.0, steps + 1)
     flat, rise = stops((-3.0, 1.0, 5))[:-1], stops((bend, 3.2, 3))[1:]
