@@ -105,7 +105,9 @@ def bake(
     solved = yield from METHODS[settings.method](scene, patches, settings, occluders, executor)
     seconds = {"mesh": meshed - began} | solved.seconds | {"total": time.perf_counter() - began}
     unshown = differing_sides(scene, patches, solved.solution.radiosity, solved.row_sums, occluders)
-    unshown += light_between_corners(scene, patches, solved.solution.irradiance, solved.corner_irradiance)
+    if solved.solution.converged:
+        # Corners are ahead of the patches where light is still on its way.
+        unshown += light_between_corners(scene, patches, solved.solution.irradiance, solved.corner_irradiance)
     report = _report(scene, patches, settings, solved, seconds, unshown)
     colours = corner_colours(scene, solved.corner_irradiance, solved.corner_direct, settings.light, solved.behind)
     if way.any():
