@@ -4,7 +4,7 @@
 The modal operator steps such a generator, the command exhausts it, a test looks inside, closing it cancels.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -54,33 +54,8 @@ def exhaust(steps: Generator[Progress, None, T]) -> T:
             return result
 
 
-def within(stage: str, steps: Generator[Progress, None, T]) -> Generator[Progress, None, T]:
-    """Run a computation as a part of a stage of another one, whose steps are told as that part's."""
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as end:
-            result: T = end.value
-            return result
-        yield replace(step, stage=f"{stage}: {step.stage.lower()}")
-
-
-def renamed(steps: Generator[Progress, None, T], stage: str) -> Generator[Progress, None, T]:
-    """Let steps be part of one stage; what they show so far is too rough to be shown."""
-    try:
-        while True:
-            try:
-                next(steps)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-            yield Progress(stage, 1.0)
-    finally:
-        steps.close()
-
-
-def scaled(steps: Generator[Progress, None, T], first: float, last: float) -> Generator[Progress, None, T]:
-    """Let steps be a part of their stage, from one share of it to another."""
+def told(steps: Generator[Progress, None, T], tell: Callable[[Progress], Progress]) -> Generator[Progress, None, T]:
+    """Run a computation as a part of another one, and tell its steps in other words; closing this closes it."""
     try:
         while True:
             try:
@@ -88,6 +63,21 @@ def scaled(steps: Generator[Progress, None, T], first: float, last: float) -> Ge
             except StopIteration as end:
                 result: T = end.value
                 return result
-            yield replace(step, fraction=first + (last - first) * step.fraction)
+            yield tell(step)
     finally:
         steps.close()
+
+
+def within(stage: str, steps: Generator[Progress, None, T]) -> Generator[Progress, None, T]:
+    """Tell the steps of a computation as parts of a stage."""
+    return told(steps, lambda step: replace(step, stage=f"{stage}: {step.stage.lower()}"))
+
+
+def renamed(steps: Generator[Progress, None, T], stage: str) -> Generator[Progress, None, T]:
+    """Let steps be part of one stage; what they show so far is too rough to be shown."""
+    return told(steps, lambda _: Progress(stage, 1.0))
+
+
+def scaled(steps: Generator[Progress, None, T], first: float, last: float) -> Generator[Progress, None, T]:
+    """Let steps be a part of their stage, from one share of it to another."""
+    return told(steps, lambda step: replace(step, fraction=first + (last - first) * step.fraction))
