@@ -32,9 +32,9 @@ def foremost(sights: Sights, most: int) -> NDArray[np.bool_]:
     """
     receiver, which = np.unique(sights.receiver, return_inverse=True)
     seen = np.bincount(which.ravel(), sights.weight, len(receiver))
-    foremost = np.zeros(len(receiver), bool)
-    foremost[np.argsort(-seen, kind="stable")[:most]] = True
-    return foremost[which.ravel()]
+    chosen = np.zeros(len(receiver), bool)
+    chosen[np.argsort(-seen, kind="stable")[:most]] = True
+    return chosen[which.ravel()]
 
 
 def widths(corners: Corners, patches: Patches) -> Float:

@@ -133,9 +133,8 @@ def _torn(samples: Samples, share: Float, whole: Float, edges: tuple[Int, Int], 
 
 def _seen(corners: Corners, which: Int, lit: Lit, detail: Detail, workers: Executor) -> Steps:
     """Let some corners look at the lamps, otherwise as `lamplight`; shape (k, 3)."""
+    assert lit.lamps is not None
     light, links, rays = np.zeros((len(which), 3)), 0, 0
-    if lit.lamps is None:
-        return light, links, rays
     shining = np.flatnonzero(lit.lamp.any(axis=1))
     means = node_means(lit.lamps.sources, lit.elements.area[shining], lit.lamp[shining])
     point, normal = corners.point[which], corners.normal[which]
