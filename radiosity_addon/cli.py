@@ -32,6 +32,7 @@ from .outputs import check_output, replacing
 from .picture import render_picture
 from .quiet import quiet
 from .text_import import build_objects
+from .unreadable import blenders_reason, why_unreadable
 from .wording import gathered
 
 DONE, FAILED, INTERRUPTED = 0, 1, 130
@@ -140,15 +141,10 @@ def _open(path: Path | None, settings: Settings) -> tuple[Path, Settings]:
         with quiet():
             bpy.ops.wm.open_mainfile(filepath=str(path))
     except RuntimeError as error:
-        raise RadiosityError(f"Blender cannot read {path}: {_reason(error)}") from error
+        raise RadiosityError(f"Blender cannot read {path}: {why_unreadable(path, error)}") from error
     if not bpy.data.filepath or not path.samefile(bpy.data.filepath):
         raise RadiosityError(f"Blender cannot read {path}")
     return path, settings
-
-
-def _reason(error: RuntimeError) -> str:
-    """Return what Blender says about a file, without the words around it."""
-    return str(error).strip().splitlines()[-1].split(": ", 1)[-1]
 
 
 def _depsgraph() -> bpy.types.Depsgraph:
@@ -214,7 +210,7 @@ def _save(path: Path) -> None:
         with replacing(path) as temporary, quiet():
             bpy.ops.wm.save_as_mainfile(filepath=str(temporary), copy=True, check_existing=False)
     except RuntimeError as error:
-        raise RadiosityError(f"Cannot write {path}: {_reason(error)}") from error
+        raise RadiosityError(f"Cannot write {path}: {blenders_reason(error)}") from error
 
 
 def _summary(source: Path, report: dict[str, Any], destination: Destination) -> Iterator[str]:

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the command says and ends with when it cannot do what was asked."""
 
+import gzip
 import signal
 
+import bpy
 import pytest
 
 from tests.blender.building import SCENE_TEXT, add_square
@@ -35,6 +37,28 @@ def test_inputs_that_cannot_be_read(room, run, tmp_path, name, content, words):
     before = {path.name for path in tmp_path.iterdir()}
     assert_one_complaint(run(tmp_path / name, "--report", tmp_path / "report.json"), 1, words)
     assert {path.name for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        (b"BLENDER-v999", "Blender 9.99 saved it"),
+        (b"BLENDER17-01v9907", "Blender 99.7 saved it"),
+        pytest.param(
+            b"BLENDER_V248",
+            "open it there, save it",
+            marks=pytest.mark.skipif(bpy.app.version[0] < 5, reason="4.5 and older read it"),
+        ),
+    ],
+)
+def test_files_of_another_blender_are_told_apart(run, tmp_path, header, words, packed):
+    path = tmp_path / "scene.blend"
+    content = header + b"REND" + bytes(200)
+    path.write_bytes(gzip.compress(content) if packed else content)
+    result = run(path, "--report", tmp_path / "report.json")
+    assert_one_complaint(result, 1, words)
+    assert result[2].count("scene.blend") == 1
 
 
 def test_no_file_is_loaded(run, tmp_path):
