@@ -22,6 +22,9 @@ from .tree import Float, Int
 _EXPOSED = 0.3
 # Elements with less than this share of the light that is common may be inside of something.
 _DIM = 0.2
+# Faces that see less than the one look out of the scene, as the bottom of what stands on a single sheet: corners that
+# they share with faces that see more than the other look from those.
+_NOTHING, _SOMETHING = 0.03, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +39,15 @@ class Shown:
         [W/m^2].
     first : ndarray of shape (n, 3)
         The part of the irradiance that comes straight from what emits, and from lamps [W/m^2].
+    sees : ndarray of shape (n,)
+        Share of the view that surfaces fill.
     """
 
     exposed: NDArray[np.bool_]
     radiosity: Float
     irradiance: Float
     first: Float
+    sees: Float
 
 
 def shown_light(lit: Lit, patches: Patches, group: Int) -> Shown:
@@ -69,17 +75,34 @@ def shown_light(lit: Lit, patches: Patches, group: Int) -> Shown:
     )
     # What is inside of something lights what is in there with it, as dark as it is.
     sent = np.where((looking_out & ~exposed)[:, None], solution.irradiance, H)
-    return Shown(exposed, elements.emission + scattered(elements.reflectance, sent, lit.through), H, first)
+    radiosity = elements.emission + scattered(elements.reflectance, sent, lit.through)
+    return Shown(exposed, radiosity, H, first, lit.transport.row_sums())
 
 
-def exposed_corners(shown: Shown, elements: Elements, patches: Patches, corners: int) -> Float:
-    """Return which share shows of the patches at each of so many mesh corners, shape (c,)."""
+def exposed_corners(shown: Shown, elements: Elements, patches: Patches, group: Int) -> Float:
+    """Return which share shows of the patches at each mesh corner, shape (c,).
+
+    Parameters
+    ----------
+    shown : Shown
+    elements : Elements
+    patches : Patches
+    group : ndarray of shape (c,)
+        Smooth group of each.
+    """
     count = len(patches.area)
-    share = np.bincount(elements.patch, elements.area * shown.exposed, count)
-    share /= np.maximum(np.bincount(elements.patch, elements.area, count), 1e-300)
-    touching = np.bincount(patches.touch_corner, minlength=corners)
-    shares = np.bincount(patches.touch_corner, share[patches.touch_patch], corners)
-    return np.asarray(shares / np.maximum(touching, 1))
+    whole = np.maximum(np.bincount(elements.patch, elements.area, count), 1e-300)
+    touching = np.maximum(np.bincount(patches.touch_corner, minlength=len(group)), 1)
+
+    def at_corners(values: Float) -> Float:
+        of_patch = np.bincount(elements.patch, elements.area * values, count) / whole
+        return np.bincount(patches.touch_corner, of_patch[patches.touch_patch], len(group)) / touching
+
+    sees = at_corners(shown.sees)
+    most = np.zeros(int(np.max(group, initial=-1)) + 1)
+    np.maximum.at(most, group, sees)
+    looks_away = (sees < _NOTHING) & (most[group] > _SOMETHING)
+    return np.where(looks_away, 0.0, at_corners(shown.exposed.astype(float)))
 
 
 def _looking_out(lit: Lit) -> NDArray[np.bool_]:

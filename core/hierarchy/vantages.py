@@ -5,11 +5,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import BOTH, Scene
-from ..shading import shown_face_normals, shown_normals, smooth_groups
+from ..shading import corner_angles, shown_face_normals, shown_normals, smooth_groups
 from ..visibility import Occluders
 from .glances import Corners
 from .notches import parted
 from .tree import Float, Int
+from .vectors import dots
 
 # How far a corner's receiver moves into its faces, as a share of the way to their middle: off the edge, where the faces
 # next door would be seen edge on.
@@ -17,6 +18,8 @@ _INSET = 0.01
 # Receivers are raised above their own faces by so many times what it takes, reckoned with at least this cosine between
 # the normals.
 _CLEAR, _SLANTING = 1.05, 0.2
+# Receivers are turned to what shows of their faces where the cosine to it is less: a column's foot, not a ball's.
+_PAST = 0.85
 # Weight of hidden elements beside that of exposed ones.
 LAST_RESORT = 1e-9
 
@@ -47,10 +50,11 @@ def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
     normal = shown_normals(scene)[leader]
     # Faces without area have no normal of their own; whatever light is there will do.
     normal[~normal.any(axis=1)] = (0, 0, 1)
+    normal = _towards_shown(scene, normal, group, weight > LAST_RESORT)
     # Along the surface, not below it: the middles of the faces round a convex corner lie inside.
     into -= (into * normal).sum(axis=1, keepdims=True) * normal
     point = position[leader] + _INSET * into
-    raised = point + _lift(scene, point, normal, group)[:, None] * normal
+    raised = point + _lift(scene, point, normal, group, weight > LAST_RESORT)[:, None] * normal
     return Corners(raised, normal, group, None if group is whole else whole)
 
 
@@ -63,11 +67,25 @@ def _middles(scene: Scene) -> Float:
     return sums / np.maximum(np.diff(scene.face_start), 1)[:, None]
 
 
-def _lift(scene: Scene, point: Float, normal: Float, group: Int) -> Float:
+def _towards_shown(scene: Scene, normal: Float, group: Int, shows: NDArray[np.bool_]) -> Float:
+    """Turn receivers that look past what shows of their faces to it, as smooth ones round the foot of a column do."""
+    mixed = (np.bincount(group, shows, len(normal)) > 0) & (np.bincount(group, ~shows, len(normal)) > 0)
+    if not mixed.any():
+        return normal
+    corner = np.flatnonzero(mixed[group] & shows)
+    own = corner_angles(scene)[corner, None] * shown_face_normals(scene)[scene.corner_face[corner]]
+    sums = np.stack([np.bincount(group[corner], axis, len(normal)) for axis in own.T], axis=1)
+    length = np.sqrt(dots(sums, sums))
+    past = (length > 0) & (dots(sums, normal) < _PAST * length)
+    return np.where(past[:, None], sums / np.maximum(length, 1e-300)[:, None], normal)
+
+
+def _lift(scene: Scene, point: Float, normal: Float, group: Int, shows: NDArray[np.bool_]) -> Float:
     """Return how far to raise receivers along their normals to stand above all of their own faces, shape (q,) [m].
 
     Where a smooth surface is hollow and its faces differ in size, the plane across the normal runs behind some of them.
     Some corners of a bent face are behind it: where its back has light, too, they would look at that from inside.
+    Above the bottom of what stands on a floor, it would be under the floor: hidden faces do not count beside others.
     """
     face = scene.corner_face
     own = shown_face_normals(scene)[face]
@@ -75,6 +93,7 @@ def _lift(scene: Scene, point: Float, normal: Float, group: Int) -> Float:
     inside = -((point[group] - _middles(scene)[face]) * own).sum(axis=1)
     behind = np.where(scene.sides[face] == BOTH, np.maximum(behind, inside), behind)
     needed = behind / np.maximum((normal[group] * own).sum(axis=1), _SLANTING)
+    needed[~shows & (np.bincount(group, shows, len(point)) > 0)[group]] = 0.0
     order = np.argsort(group, kind="stable")
     begin = np.searchsorted(group[order], np.arange(len(point)))
     return np.asarray(_CLEAR * np.maximum(np.maximum.reduceat(needed[order], begin), 0))

@@ -84,8 +84,9 @@ def hierarchical(
         lit = yield from clock.watch(steps)
 
         yield Progress(STAGE, 0.0)
-        shown = shown_light(lit, patches, smooth_groups(scene))
-        exposed = exposed_corners(shown, lit.elements, patches, len(scene.corner_vertex))
+        group = smooth_groups(scene)
+        shown = shown_light(lit, patches, group)
+        exposed = exposed_corners(shown, lit.elements, patches, group)
         corners = corner_receivers(scene, exposed)
         lights = partial(final_gather, lit=lit, shown=shown, quality=quality, direct=direct, sky=sky)
 

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Corners of faces that run on into something else: the part outside is what is looked at."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -62,8 +65,14 @@ def test_exposed_corners():
     elements = split_patches(patches, scene_occluders(scene, patches), tolerance=1e-3, size=1.0)
     exposed = elements.centre[:, 1] > 1.0
     nothing = np.zeros((len(elements), 3))
-    share = exposed_corners(Shown(exposed, nothing, nothing, nothing), elements, patches, len(scene.corner_vertex))
+    group = np.arange(len(scene.corner_vertex))
+    shown = Shown(exposed, nothing, nothing, nothing, np.ones(len(elements)))
+    share = exposed_corners(shown, elements, patches, group)
     np.testing.assert_allclose(share[:8], np.repeat((0.5, 1.0), 4))
+    # Where one face of a smooth edge looks out of the scene, the other one tells.
+    group[4:8] = group[:4]
+    shown = replace(shown, sees=np.where(exposed, 0.0, 0.5))
+    np.testing.assert_allclose(exposed_corners(shown, elements, patches, group)[:8], np.repeat((0.5, 0.0), 4))
 
 
 def test_the_ground_around_a_house_that_a_roof_is_pushed_into(light):
@@ -79,3 +88,31 @@ def test_the_ground_around_a_house_that_a_roof_is_pushed_into(light):
     inside, outside = (shown[row & (np.abs(place[:, 1] - where) < 1e-5)] for where in (sunk, beside))
     assert inside.min() > 0.5 * outside.mean() > 0
     assert shown[row & (np.abs(place[:, 1]) < 0.5)].max() < 0.01 * outside.mean()
+
+
+def column(radius, height, slabs):
+    """Return a prism of 8 sides that stands on the ground, its lid and bottom, as polygons."""
+    turn = np.arange(9) * np.pi / 4
+    ring = np.round(np.stack((radius * np.cos(turn), radius * np.sin(turn), 0 * turn), axis=1), 9)
+    level = [ring + (0, 0, height * k / slabs) for k in range(slabs + 1)]
+    sides = [np.stack((low[k], low[k + 1], high[k + 1], high[k])) for low, high in pairwise(level) for k in range(8)]
+    return [*sides, ring[:8][::-1], level[-1][:8]]
+
+
+@pytest.mark.parametrize("ground", ["sheet", "slab"])
+def test_the_foot_of_a_smooth_column(light, ground):
+    """Its bottom lies on the ground and shares the normals of the sides, which look into the ground there."""
+    floor = [8.0 * UP - (4, 4, 0)] if ground == "sheet" else box((-4, -4, -0.3), (4, 4, 0))
+    things = [*floor, *column(0.3, 0.8, 4), 6.0 * UP[::-1] + (-3, -3, 3)]
+    owner = [0] * len(floor) + [1] * 34 + [2]
+    what = {"face_object": owner, "object_names": ["ground", "column", "lamp"]}
+    emission = 10.0 * (np.array(owner) == 2)[:, None] * np.ones(3)
+    flat = Scene.from_polygons(things, 0.5, emission, **what)
+    place, own = flat.vertices[flat.corner_vertex], np.array(owner)[flat.corner_face] == 1
+    ends = np.where(place[:, 2] == 0.0, -1.0, np.where(place[:, 2] == 0.8, 1.0, 0.0))
+    out = np.column_stack((place[:, :2] / 0.3, ends))
+    normals = np.where(own[:, None], out / np.linalg.norm(out, axis=1)[:, None], flat.corner_normals)
+    scene = Scene.from_polygons(things, 0.5, emission, corner_normals=normals, **what)
+    shown = light(scene, "hierarchical", quality="preview").corner_radiance.mean(axis=1)
+    foot, above = (shown[own & (np.abs(place[:, 2] - high) < 1e-9)] for high in (0.0, 0.2))
+    assert foot.min() > 0.6 * above.mean() > 0
