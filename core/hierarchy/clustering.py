@@ -67,7 +67,7 @@ def choose_samples(
         kept, cluster = np.unique(cluster[finer.element], return_inverse=True)
         cluster, region = cluster.reshape(-1), np.unique(region[kept], return_inverse=True)[1].reshape(-1)
         centre, normal, weight = centre[finer.element], normal[finer.element], finer.area
-    _part(cluster, centre, normal, weight, occluders, most)
+    stranger = _part(cluster, centre, normal, weight, occluders, most)[finer.cluster] | finer.stranger
     region = np.append(region, np.max(region) + 1 + np.arange(np.max(cluster) + 1 - len(region)))
     # A cluster whose sample alone was left keeps it; the sample sees itself.
     element = finer.element[_nearest(centre, weight, cluster)]
@@ -78,18 +78,20 @@ def choose_samples(
     order = np.argsort(cluster, kind="stable")
     begin = np.searchsorted(cluster[order], np.arange(len(element)))
     area = np.bincount(cluster, elements.area)
-    return Samples(element, cluster, area, region, arm, slope, within, order, begin)
+    return Samples(element, cluster, area, region, arm, slope, within, order, begin, stranger)
 
 
-def _part(cluster: Int, centre: Float, normal: Float, area: Float, occluders: Surroundings, most: int) -> None:
-    """Make new clusters of the elements that do not see the sample of theirs, in place.
+def _part(
+    cluster: Int, centre: Float, normal: Float, area: Float, occluders: Surroundings, most: int
+) -> NDArray[np.bool_]:
+    """Make new clusters of the elements that do not see the sample of theirs, in place; return who still does not.
 
     As from the other side of a wall, each is one of its own, once they are few. Sheets above each other come off one by
     one. Of grass, hair or leaves hardly any see each other, and all see much the same: there those that are left of a
     cluster are one.
     """
-    left = np.arange(len(cluster))
-    for turn in range(_ROUNDS):
+    left, stranger = np.arange(len(cluster)), np.zeros(len(cluster), bool)
+    for turn in range(_ROUNDS + 1):
         own = np.unique(cluster[left], return_inverse=True)[1].reshape(-1)
         sample = left[_nearest(centre[left], area[left], own)][own]
         hidden = left[_hidden(centre, normal, left, sample, occluders)]
@@ -97,10 +99,12 @@ def _part(cluster: Int, centre: Float, normal: Float, area: Float, occluders: Su
         first = np.max(cluster) + 1
         if len(left) <= _FEW * most:
             cluster[left] = first + np.arange(len(left))
-            return
+            break
+        if turn == _ROUNDS or (turn >= _LEAST and (seeing < _SEEING * len(left) or first > _OVER * most)):
+            stranger[left] = True
+            break
         cluster[left] = first + np.unique(cluster[left], return_inverse=True)[1].reshape(-1)
-        if turn + 1 >= _LEAST and (seeing < _SEEING * len(left) or np.max(cluster) >= _OVER * most):
-            return
+    return stranger
 
 
 def _from_middles(centre: Float, area: Float, cluster: Int) -> Float:

@@ -12,8 +12,9 @@ from .elements import Elements
 from .probes import points_facing_dark
 from .tree import Float, Int, Tree, build_tree, least_cosine
 
-# Normals of a cluster lie within a cone of this cosine; a wider one is taken where that leaves too many clusters.
-_LIKE = (0.87, 0.5, -1.0)
+# Normals of a cluster lie within a cone of this cosine, and whether it is to be one sheet; where that leaves too many
+# clusters, first several sheets may be one, then those that look another way.
+_LIKE = ((0.87, True), (0.5, True), (0.5, False), (-np.inf, False))
 # Times as many clusters as like elements alone ask for, and as there should be, at most.
 _ROOM, _OVER = 1.25, 1.5
 # Clusters that a trend is told by, at least.
@@ -61,8 +62,8 @@ class Neighbourhoods:
             Which nodes of the tree hold like elements.
         """
         tree, side = self.tree, self.side
-        for like in _LIKE:
-            alike = (self.cosine > like) & self.thin if like > 0 else np.ones(len(side), bool)
+        for like, thin in _LIKE:
+            alike = (self.cosine > like) & (self.thin | (not thin))
             small, large = 0.0, float(side[0])
             nodes = tree.cut_where(alike & (side <= large))
             # Where little things take up all that was asked for, what is wide is still cut.

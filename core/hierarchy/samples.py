@@ -9,6 +9,7 @@ tells how the light runs on within each. Light straight from lamps is looked for
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .elements import Elements
 from .tree import Float, Int
@@ -41,6 +42,8 @@ class Samples:
         Elements, cluster by cluster.
     begin : ndarray of shape (m,)
         Where in `order` each cluster begins.
+    stranger : ndarray of shape (n,)
+        Elements that do not see the sample of their cluster.
     """
 
     element: Int
@@ -52,6 +55,7 @@ class Samples:
     within: Float
     order: Int
     begin: Int
+    stranger: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.element)
@@ -60,6 +64,12 @@ class Samples:
     def single(self) -> bool:
         """Whether every element stands for itself."""
         return len(self.element) == len(self.cluster)
+
+    def hidden(self) -> Float:
+        """Tell which share of the elements of each cluster does not see its sample, shape (m,)."""
+        count = len(self.element)
+        share: Float = np.bincount(self.cluster, self.stranger, count) / np.bincount(self.cluster, minlength=count)
+        return share
 
     def spread(self, values: Float) -> Float:
         """Tell all elements what arrives at the samples.
@@ -124,4 +134,5 @@ def each(elements: Elements) -> Samples:
         As many as there are elements.
     """
     every, none = np.arange(len(elements)), np.zeros((len(elements), 3))
-    return Samples(every, every, elements.area, every, none, np.zeros((len(elements), 3, 3)), none, every, every)
+    slope, stranger = np.zeros((len(elements), 3, 3)), np.zeros(len(elements), bool)
+    return Samples(every, every, elements.area, every, none, slope, none, every, every, stranger)

@@ -25,6 +25,7 @@ from .receivers import DirectLight
 from .samples import Samples
 from .sights import joined, of_all
 from .solve import Lit
+from .strangers import along_mesh
 from .tree import Float, Int
 
 # Samples of a neighbourhood that differ by more than this share of their light leave room for shadows in between.
@@ -77,6 +78,8 @@ def sparse_glances(
     sights = [of_all(sampled.sights, samples.element)]
     others = blended(samples, indirect, corners.point, corners.normal, edges, sampled.alone)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
+    others, learned = along_mesh(others, samples.stranger, covered | alone, edges)
+    covered[learned] = alone[learned] = False
     if len(closer):
         steps = glance_at(corners, closer, lit, known, need, quality.gather, workers)
         more = yield from scaled(steps, _SAMPLES, 1)
