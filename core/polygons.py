@@ -77,6 +77,12 @@ class Polygons:
         return np.asarray(np.linalg.norm(span, axis=1))
 
     @cached_property
+    def extent(self) -> float:
+        """Return the diagonal of the bounding box of all faces [m], or 0 without any."""
+        points = self.vertices[self.corner_vertex]
+        return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
+
+    @cached_property
     def live(self) -> BoolArray:
         """Return which faces have an area, shape (f,); the others keep their corners but get no patches."""
         return (self.face_area > FLAT * self.face_extent**2) & (self.face_extent > SMALLEST)

@@ -153,5 +153,4 @@ def direct_light(
 
 def scene_reach(scene: "Scene") -> float:
     """Return a way that leaves a scene from everywhere in it, the diagonal of its bounding box and some more [m]."""
-    points = scene.vertices[scene.corner_vertex]
-    return 1.01 * float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 1.0
+    return 1.01 * scene.extent or 1.0
