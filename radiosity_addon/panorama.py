@@ -62,7 +62,8 @@ def render_sky(world: bpy.types.World, notes: list[str]) -> tuple[Lamp, ...]:
         with _scene(world) as scene:
             sky = _render(scene, ROWS, (0, ROWS, 0, 2 * ROWS), SAMPLES)
             suns = []
-            while len(suns) < SUNS and (sun := _take_sun(scene, sky, world.name_full)) is not None:
+            taken = np.zeros((CLOSER * ROWS, 2 * CLOSER * ROWS), bool)
+            while len(suns) < SUNS and (sun := _take_sun(scene, sky, taken, world.name_full)) is not None:
                 suns.append(sun)
     except RuntimeError as error:
         notes.append(f"World '{world.name_full}' gives no light: Cycles says {str(error).strip().splitlines()[-1]}")
@@ -70,8 +71,11 @@ def render_sky(world: bpy.types.World, notes: list[str]) -> tuple[Lamp, ...]:
     return (SkyLamp(world.name_full, sky), *suns) if sky.any() else tuple(suns)
 
 
-def _take_sun(scene: bpy.types.Scene, sky: Array, name: str) -> SunLamp | None:
-    """Turn the brightest spot of a sky into a lamp and fill its place, or return None where nothing is that bright."""
+def _take_sun(scene: bpy.types.Scene, sky: Array, taken: NDArray[np.bool_], name: str) -> SunLamp | None:
+    """Turn the brightest spot of a sky into a lamp and fill its place, or return None where nothing is that bright.
+
+    What became a lamp is marked in `taken`, of the fine picture, and not taken again.
+    """
     brightness = sky @ LUMINANCE
     solid = _solid_angles(ROWS)[:, None]
     mean = float((brightness * solid).sum() / (4.0 * pi))
@@ -86,10 +90,14 @@ def _take_sun(scene: bpy.types.Scene, sky: Array, name: str) -> SunLamp | None:
     window = tuple(CLOSER * edge for edge in (low, high, left, right))
     close = _render(scene, CLOSER * ROWS, window, CLOSE_SAMPLES)
     weight, directions = _pixels(CLOSER * ROWS, window)
-    bright = close @ LUMINANCE
-    inside = bright > RIM * bright.max()
-    # What surrounds the sun shines behind it too.
-    behind = np.median(close[~inside], axis=0) if not inside.all() else np.zeros(3)
+    part = taken[window[0] : window[1], window[2] : window[3]]
+    bright = np.where(part, 0.0, close @ LUMINANCE)
+    inside = _widened(bright > RIM * bright.max()) & ~part
+    # What surrounds the sun shines behind it too, and behind those that were taken before.
+    around = ~inside & ~part
+    behind = np.median(close[around], axis=0) if around.any() else np.zeros(3)
+    close[part] = behind
+    part |= inside
     glare = np.maximum(close - behind, 0.0) * inside[..., None] * weight[..., None]
     light = glare @ LUMINANCE
     rest = close * weight[..., None] - glare
@@ -100,6 +108,16 @@ def _take_sun(scene: bpy.types.Scene, sky: Array, name: str) -> SunLamp | None:
     size = min(float(light.sum() ** 2 / (light**2 / weight).sum()), 2.0 * pi)
     angle = 2.0 * acos(1.0 - size / (2.0 * pi))
     return SunLamp(name, glare.sum(axis=(0, 1)), direction / np.linalg.norm(direction), angle)
+
+
+def _widened(pixels: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return pixels and those beside them: a sun's rim covers a little of some."""
+    wide = pixels.copy()
+    wide[1:] |= pixels[:-1]
+    wide[:-1] |= pixels[1:]
+    wide[:, 1:] |= pixels[:, :-1]
+    wide[:, :-1] |= pixels[:, 1:]
+    return wide
 
 
 def _solid_angles(rows: int) -> Array:

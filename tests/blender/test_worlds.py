@@ -75,6 +75,18 @@ def test_a_world_lights_as_diffuse_rays_see_it(scene, blender, cycles, direct):
     assert ["has no image" in line for line in read.warnings] == [False, True]
 
 
+def test_a_sun_where_the_picture_of_the_sky_begins_and_ends(scene, blender, cycles, direct):
+    """Towards -x half of it is at either edge, and the rim that is left of a half is no other sun."""
+    tree, background = make_world(blender, scene)
+    sky = tree.nodes.new('ShaderNodeTexSky')
+    sky.sun_elevation, sky.sun_rotation = 0.5, radians(-90)
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    background.inputs["Strength"].default_value = 0.3
+    found, read = direct()
+    assert len(read.lamps) == 3
+    agree(found, cycles())
+
+
 def test_the_sun_in_a_sky_casts_its_own_shadow(scene, blender, cycles, direct):
     tree, background = make_world(blender, scene)
     sky = tree.nodes.new('ShaderNodeTexSky')
