@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import bake as core_bake
+from ..core.attendance import attended
 from ..core.errors import RadiosityError
 from ..core.progress import Progress
 from ..core.report import scene_counts
@@ -103,13 +104,15 @@ def bake_scene(
 
     cutting = time.perf_counter()
     if isinstance(plan, CopyPlan):
-        plan = yield from cut_finer(plan, settings)
+        plan = yield from attended(cut_finer(plan, settings), "Patches")
     seconds_cut = time.perf_counter() - cutting
     if isinstance(plan, CopyPlan):
         # Its faces are as fine as the patches.
-        bake = yield from core_bake.bake(plan.scene, replace(settings, max_edge=None, subdivide=1))
+        steps = core_bake.bake(plan.scene, replace(settings, max_edge=None, subdivide=1))
     else:
-        bake = yield from core_bake.bake(reading.scene, settings)
+        steps = core_bake.bake(reading.scene, settings)
+    # What is computed knows nothing of Blender's data, and may be computed while windows are drawn.
+    bake = yield from attended(steps, "Patches")
 
     writing = time.perf_counter()
     if isinstance(plan, CopyPlan):

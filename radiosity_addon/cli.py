@@ -36,7 +36,7 @@ from .unreadable import blenders_reason, why_unreadable
 from .wording import gathered
 
 DONE, FAILED, INTERRUPTED = 0, 1, 130
-PROGRESS_EVERY = 10.0  # seconds, within a stage
+PROGRESS_EVERY = 5.0  # seconds, within a stage
 
 
 def main(argv: list[str], *, prog: str, verb: str | None = None) -> int:

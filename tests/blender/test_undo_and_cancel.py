@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake is one step that undo takes back; one that is cancelled or fails changes nothing."""
 
+from threading import Event
+
 import pytest
 
 from tests.blender.building import (
@@ -46,6 +48,24 @@ def test_a_closed_generator_leaves_the_scene_as_it_was(addon, scene, blender):
     stages = [next(steps).stage for _ in range(3)]
     steps.close()
     assert len(set(stages)) > 1
+    assert not any(mesh.color_attributes for mesh in blender.data.meshes)
+
+
+def test_a_bake_is_told_of_and_cancelled_within_a_long_step(addon, scene, blender, monkeypatch):
+    lit_pair(scene)
+    scene.radiosity.target = 'IN_PLACE'
+    go_on, core_bake = Event(), addon("baking").core_bake
+    bake = core_bake.bake
+
+    def slow(*arguments):
+        go_on.wait(60)
+        return (yield from bake(*arguments))
+
+    monkeypatch.setattr(core_bake, "bake", slow)
+    steps = addon("operators").start_bake(blender.context)
+    assert [next(steps).stage for _ in range(4)] == ["Reading the scene", *["Patches"] * 3]
+    steps.close()
+    go_on.set()
     assert not any(mesh.color_attributes for mesh in blender.data.meshes)
 
 
