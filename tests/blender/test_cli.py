@@ -34,6 +34,14 @@ def test_everything_is_written_and_the_input_stays(blender, room, run, tmp_path)
     np.testing.assert_allclose(colors(mesh)[:, :3], 2.0, rtol=0.02)
 
 
+def test_a_write_protected_input_is_baked_and_stays(room, run, tmp_path):
+    before = room.read_bytes()
+    room.chmod(0o444)
+    assert run(room, "--output", tmp_path / "out.blend")[0] == 0
+    assert (tmp_path / "out.blend").stat().st_size > 0
+    assert (room.read_bytes(), room.stat().st_mode & 0o777) == (before, 0o444)
+
+
 def test_the_report_has_the_keys_that_are_promised(room, run, tmp_path):
     path = tmp_path / "report.json"
     assert run(room, "--report", path, "--method", "shooting", "--max-edge", "0.5")[0] == 0

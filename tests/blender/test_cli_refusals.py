@@ -2,6 +2,7 @@
 """What the command says and ends with when it cannot do what was asked."""
 
 import gzip
+import os
 import signal
 
 import bpy
@@ -97,6 +98,16 @@ def test_outputs_that_cannot_be_written_are_found_before_the_bake(addon, room, r
         result = run(room, option, path)
         assert_one_complaint(result, 1, words)
         assert len(result[2].splitlines()) == 1
+
+
+def test_a_write_protected_output_is_left_alone(room, run, tmp_path):
+    path = tmp_path / "out.blend"
+    path.write_bytes(b"older")
+    path.chmod(0o444)
+    if os.access(path, os.W_OK):
+        pytest.skip("this user may write everything")
+    assert_one_complaint(run(room, "--output", path), 1, "write-protected")
+    assert path.read_bytes() == b"older"
 
 
 def test_an_export_that_fails_leaves_what_was_there(addon, room, run, tmp_path, monkeypatch):
