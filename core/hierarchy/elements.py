@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..lighting.kinds import Lamp
 from ..meshing import Patches
-from ..occlusion.core_part import core_part
+from ..occlusion.core_part import CorePart, core_part
 from ..translucence import piece_translucence
 from ..visibility import Occluders
 from .overhangs import hung_over, shown_middles, stood_on
@@ -101,8 +101,7 @@ def split_patches(
     core = core_part(corners.min(axis=1), corners.max(axis=1))
     for depth in range(_DEEPEST + 1):
         area = patches.area[patch] / 4**depth
-        # What is far away may be as much larger.
-        extent = area / (size * core.size * (1.0 + core.away(corners))) ** 2
+        extent = _extent(corners, area, core, size)
         deeper, urgency, misplaced = _DEEPEST - depth, extent.copy(), np.zeros(len(patch))
         if len(patch) and shining.power > 0:
             misplaced = 3 * reflected[patch] * _spread(corners, shining) * area / (tolerance * shining.power)
@@ -136,7 +135,13 @@ def split_patches(
     corners = np.concatenate((corners[~late], quarters(corners[late])))
     patch = np.concatenate((patch[~late], np.repeat(patch[late], 4)))
     order = np.argsort(patch, kind="stable")
-    return _measured(corners[order], patch[order], patches, occluders)
+    return _measured(corners[order], patch[order], patches, occluders, core, size)
+
+
+def _extent(corners: Float, area: Float, core: CorePart, size: float) -> Float:
+    """Return the areas of pieces over the largest that there may be: of what is far away as much larger."""
+    extent: Float = area / (size * core.size * (1.0 + core.away(corners))) ** 2
+    return extent
 
 
 def _afforded(coarse: NDArray[np.bool_], which: Int, urgency: Float, extent: Float, deeper: int, room: int) -> int:
@@ -183,9 +188,15 @@ def _spread(corners: Float, shining: Unblocked) -> Float:
     return spread
 
 
-def _measured(corners: Float, patch: Int, patches: Patches, occluders: Occluders) -> Elements:
+def _measured(
+    corners: Float, patch: Int, patches: Patches, occluders: Occluders, core: CorePart, size: float
+) -> Elements:
     """Return elements with their measures; one that is a whole patch keeps the patch's own."""
     normal, area = flat_measures(corners)
     whole = np.bincount(patch, minlength=len(patches.area))[patch] == 1
     area[whole], normal[whole] = patches.area[patch[whole]], patches.normal[patch[whole]]
-    return Elements(corners, shown_middles(corners, occluders), normal, area, patch, *patches.surface(corners, patch))
+    middle = centres(corners)
+    # What stands within a blade of grass is not worth the rays of millions.
+    large = np.flatnonzero(_extent(corners, area, core, size) > _CONTACT)
+    middle[large] = shown_middles(corners[large], occluders)
+    return Elements(corners, middle, normal, area, patch, *patches.surface(corners, patch))
