@@ -12,6 +12,7 @@ from .arrays import FloatArray
 from .errors import RadiosityError
 from .facing.doubles import without_doubles
 from .facing.sides import choose_sides, island_counts
+from .hierarchy.foresight import refuse_too_many
 from .memory import peak_memory
 from .meshing import Patches, mesh
 from .methods import METHODS, Solved
@@ -88,6 +89,9 @@ def bake(
         Nothing to light, no light, or a method that does not fit into this machine's memory.
     """
     _require_light(scene)
+    if settings.method == "hierarchical":
+        # Before minutes are spent on looking for lit sides: a face is a patch at least.
+        refuse_too_many(int(np.count_nonzero(scene.live)))
     began = time.perf_counter()
     yield Progress("Patches", 0.0)
     way = middle(scene) if occluders is None else np.zeros(3)

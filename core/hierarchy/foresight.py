@@ -14,6 +14,8 @@ from .scenery import Scenery
 _ASKED = 16
 # A link keeps its node, and one weight for each receiver of its group [bytes].
 _NODE, _WEIGHT = 8, 4
+# What a patch takes besides, with its corners, at the least that was measured: of millions of leaves [bytes].
+_PATCH = 4096
 
 
 def links_memory(receivers: Receivers, scenery: Scenery, detail: Detail) -> int:
@@ -69,4 +71,25 @@ def refuse_beyond_memory(needed: float, held: float = 0) -> None:
         raise RadiosityError(
             f"The links need {needed / 2**30:.1f} GiB of memory, and {(held + free) / 2**30:.1f} GiB are "
             "free: take a lower quality, or larger patches"
+        )
+
+
+def refuse_too_many(patches: int) -> None:
+    """Refuse what will not fit however few links it gets.
+
+    Parameters
+    ----------
+    patches : int
+        How many there are, or at least will be.
+
+    Raises
+    ------
+    RadiosityError
+        With both figures, and the ways out.
+    """
+    needed, free = _PATCH * patches, available_memory()
+    if needed > free:
+        raise RadiosityError(
+            f"To light {patches:,} patches takes {needed / 2**30:.1f} GiB of memory at least, and {free / 2**30:.1f} "
+            "GiB are free: leave out or simplify what has most faces, as grass and leaves have, or take larger patches"
         )

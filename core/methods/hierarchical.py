@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..hierarchy.corners import COVERED, Corners, final_gather
 from ..hierarchy.exposed import exposed_corners, shown_light
+from ..hierarchy.foresight import refuse_too_many
 from ..hierarchy.glances import STAGE
 from ..hierarchy.notches import at_corners
 from ..hierarchy.quality import QUALITIES
@@ -58,7 +59,13 @@ def hierarchical(
     Returns
     -------
     Solved
+
+    Raises
+    ------
+    RadiosityError
+        When it would not fit into memory.
     """
+    refuse_too_many(len(patches.area))
     quality, clock = QUALITIES[settings.quality], Clock()
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))

@@ -5,14 +5,20 @@ import gc
 import subprocess
 import sys
 import weakref
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from core import bake as baking
 from core import memory
 from core.bake import bake
-from core.hierarchy import solve
+from core.errors import RadiosityError
+from core.hierarchy import foresight, solve
 from core.hierarchy.scenery import build_scenery
+from core.progress import exhaust
+from core.scene import BOTH, FRONT
 from core.settings import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -63,3 +69,25 @@ def test_what_a_rough_solution_was_made_of_is_gone_when_the_links_are_made(cube,
         pass
     gc.collect()
     assert len(made) == 2 and made[0]() is None and made[1]() is not None
+
+
+@pytest.mark.parametrize("sides", [FRONT, BOTH])
+def test_what_cannot_fit_is_refused_in_one_line_before_it_begins(cube, monkeypatch, sides):
+    # As many kilobytes as there are faces, and half as many again.
+    scene = cube(0.5)
+    scene = replace(scene, sides=np.full(len(scene.sides), sides))
+    free = 6 * 1024 * len(scene.face_area)
+    monkeypatch.setattr(foresight, "available_memory", lambda: free)
+    steps = bake(scene, Settings())
+    if sides == FRONT:
+        assert next(steps).stage == "Patches"
+        steps.close()
+    else:
+        with pytest.raises(
+            RadiosityError, match=r"^To light \d+ patches takes 0.0 GiB of memory at least, and 0.0 GiB"
+        ):
+            exhaust(steps)
+    monkeypatch.setattr(foresight, "available_memory", lambda: free // 2)
+    monkeypatch.setattr(baking, "mesh", None)
+    with pytest.raises(RadiosityError, match="are free: leave out or simplify what has most faces"):
+        next(bake(scene, Settings()))
