@@ -28,6 +28,8 @@ from .visibility import Surroundings, scene_occluders
 
 # Row sums above this are worth a warning; in corners the centre kernel reaches 1.24 whatever the meshing.
 ROW_SUM_LIMIT = 1.5
+# Share of the light that may arrive beyond what is sent before it is told: two faces in one plane both receive it.
+SURPLUS_LIMIT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +148,13 @@ def _report(
         warnings.append(
             f"Form factors add up to {rows.max:.2f} where 1 is the most: surfaces are close to each other for the size "
             "of their patches; take smaller patches or exact form factors"
+        )
+    surplus = -solved.energy.escaped / max(solved.energy.emitted, 1e-300)
+    # The matrix has its own line, above.
+    if settings.method == "hierarchical" and solution.converged and surplus > SURPLUS_LIMIT:
+        warnings.append(
+            f"Surfaces receive {surplus:.0%} more light than is sent: faces lie in one plane with others, or gaps "
+            "before what emits are narrow for the size of patches; part such faces, or take smaller patches"
         )
     return Report(
         scene=scene_counts(scene),

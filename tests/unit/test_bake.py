@@ -11,8 +11,9 @@ from core.errors import RadiosityError
 from core.occlusion.brute_force import BruteForceOccluders
 from core.occlusion.surfaces import occluder_polygons
 from core.progress import exhaust
-from core.scene import Scene
+from core.scene import AUTO, Scene
 from core.settings import Settings
+from tests.unit.blockers import box as closed_box
 
 DENSE = ("gathering", "shooting")
 METHODS = ("hierarchical", *DENSE)
@@ -98,6 +99,18 @@ def test_factors_that_cannot_be_are_told(box, light):
     assert report.row_sum.max > 10.0 and report.converged
     assert any("smaller patches or exact" in warning for warning in report.warnings)
     assert light(scene, method="gathering", form_factors="exact").report.row_sum.max < 1.01
+
+
+@pytest.mark.parametrize("raised", [0.0, 0.05])
+def test_light_that_two_faces_in_one_plane_receive_is_told(light, raised):
+    """A cupboard with a lamp in it stands on the floor, or just above."""
+    room, cupboard = closed_box((-2, -2, 0), (2, 2, 2))[:, ::-1], closed_box((-0.8, -0.4, raised), (0.8, 0.4, 0.5))
+    strip = closed_box((-0.7, -0.2, 0.1), (0.7, 0.2, 0.11))
+    emission = 10.0 * (np.arange(18) >= 12)[:, None] * np.ones(3)
+    owner = {"face_object": np.repeat((0, 1, 2), 6), "object_names": ["room", "cupboard", "strip"]}
+    scene = Scene.from_polygons([*room, *cupboard, *strip], 0.3, emission, sides=np.full(18, AUTO), **owner)
+    report = light(scene, "hierarchical", quality="preview", max_edge=0.25).report
+    assert any("more light than is sent" in line for line in report.warnings) == (raised == 0.0)
 
 
 def test_warnings_of_the_scene_are_passed_on(cube, light):
