@@ -20,6 +20,8 @@ _LIFT = 0.15
 _LEAST, _ROUNDS, _SEEING, _OVER = 3, 16, 0.1, 2.0
 # How few of as many as there may be stand for themselves.
 _FEW = 0.25
+# Share of a cluster that may not see its sample before that speaks for nobody.
+_HIDDEN = 0.25
 # How much a trend is held back where clusters hardly tell it.
 _HELD_BACK = 0.05
 
@@ -72,6 +74,10 @@ def choose_samples(
     # A cluster whose sample alone was left keeps it; the sample sees itself.
     element = finer.element[_nearest(centre, weight, cluster)]
     cluster = cluster[finer.cluster]
+    # A sample that most of its cluster does not see is a stranger to the others, too.
+    hidden = np.bincount(cluster, stranger) > _HIDDEN * np.bincount(cluster)
+    stranger |= hidden[cluster]
+    stranger[element] = False
     within = _from_middles(elements.centre, elements.area, cluster)
     arm = _from_middles(elements.centre[element], np.ones(len(element)), region)
     slope = _slopes(region, arm, int(np.max(region)) + 1)

@@ -43,7 +43,7 @@ class Samples:
     begin : ndarray of shape (m,)
         Where in `order` each cluster begins.
     stranger : ndarray of shape (n,)
-        Elements that do not see the sample of their cluster.
+        Elements that do not see the sample of their cluster, or of one that many do not see.
     """
 
     element: Int
