@@ -97,14 +97,15 @@ def split_patches(
     done = []
     corners, room, apart = patches.corners, max(_MOST * len(patch), _FEW), _FEW
     kept = max(int(_FOR_LAMPS * len(patch)), _FEW)
-    reflected = patches.reflectance.mean(axis=1)
+    # Of what arrives at one side of a sheet, what leaves on the other counts as well.
+    passed_on = (patches.reflectance + patches.transmittance).mean(axis=1)
     core = core_part(corners.min(axis=1), corners.max(axis=1))
     for depth in range(_DEEPEST + 1):
         area = patches.area[patch] / 4**depth
         extent = _extent(corners, area, core, size)
         deeper, urgency, misplaced = _DEEPEST - depth, extent.copy(), np.zeros(len(patch))
         if len(patch) and shining.power > 0:
-            misplaced = 3 * reflected[patch] * _spread(corners, shining) * area / (tolerance * shining.power)
+            misplaced = 3 * passed_on[patch] * _spread(corners, shining) * area / (tolerance * shining.power)
             urgency = np.maximum(urgency, misplaced)
         if len(patch) and depth < _CONTACT_DEPTH:
             large = np.flatnonzero(extent > _CONTACT)

@@ -10,7 +10,7 @@ from core.hierarchy.quality import QUALITIES
 from core.hierarchy.unblocked import unblocked_light
 from core.lighting.lamps import AreaLamp, PointLamp
 from core.meshing import mesh
-from core.scene import Scene
+from core.scene import BOTH, Scene
 from core.visibility import scene_occluders
 from tests.unit.flat_shapes import SQUARE
 
@@ -53,14 +53,16 @@ def test_a_large_floor_is_split_however_many_small_faces_would_be(crowd, quality
     np.testing.assert_array_equal(found.corners[found.patch >= SMALL], whole.corners[whole.patch >= SMALL])
 
 
+@pytest.mark.parametrize("passed_on", ["reflected", "transmitted"])
 @pytest.mark.parametrize("kind", ["bulb", "panel"])
-def test_what_is_near_a_lamp_is_split_until_its_light_adds_up(kind):
+def test_what_is_near_a_lamp_is_split_until_its_light_adds_up(kind, passed_on):
     # Around a lamp that shines close to the top of a box of 0.3 m, whose faces are all that is there.
     place = np.array((0.05, 0.0, 0.12))
     wall = 2 * SQUARE - (1, 1, 1)
     sides = [wall, -wall[::-1]]
     sides += [np.roll(side, turn, axis=1) for turn in (1, 2) for side in sides]
-    scene = Scene.from_polygons([0.15 * side for side in sides], 0.5)
+    surface = {"reflected": {"reflectance": 0.5}, "transmitted": {"transmittance": np.full((6, 3), 0.5)}}[passed_on]
+    scene = Scene.from_polygons([0.15 * side for side in sides], sides=[BOTH] * 6, **surface)
     patches = mesh(scene)
     panel = AreaLamp("panel", np.ones(3), place, 0.02 * np.eye(3)[0], 0.02 * np.eye(3)[1], np.eye(3)[2])
     lamp, power = {
