@@ -17,7 +17,6 @@ from ..progress import Progress, scaled
 from .blending import blended
 from .clustering import choose_samples
 from .elements import Elements
-from .filter import smoothed
 from .glances import Corners, Glance, glance_at
 from .lamplight import lamplight
 from .neighbourhoods import find_neighbourhoods
@@ -35,8 +34,6 @@ _DIFFER = 0.25
 _LONE = 8.0
 # One of so many corners looks at the lamps, but at least so many times as many as look at all else.
 _OF_CORNERS, _MORE = 16, 2
-# Differences of neighbouring corners that count half before some look themselves, and how often they are asked.
-_SAME, _ROUNDS = 2.0, 10
 # Share of the final gather that is done after the lamps, and after the samples.
 _LAMPS, _SAMPLES = 0.4, 0.7
 
@@ -83,8 +80,6 @@ def sparse_glances(
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     others, learned = along_mesh(others, samples.stranger, covered | alone, edges)
     covered[learned] = alone[learned] = False
-    # What neighbours of other samples say differently is no shadow: for those, corners look themselves.
-    others = smoothed(others, others[:, :3], edges, covered | alone, np.inf, _ROUNDS, _SAME)
     if len(closer):
         steps = glance_at(corners, closer, lit, known, need, quality.gather, workers)
         more = yield from scaled(steps, _SAMPLES, 1)
