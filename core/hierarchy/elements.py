@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..lighting.kinds import Lamp
 from ..meshing import Patches
-from ..occlusion.core_part import CorePart, core_part
+from ..occlusion.core_part import core_part
 from ..translucence import piece_translucence
 from ..visibility import Occluders
 from .overhangs import hung_over, shown_middles, stood_on
@@ -102,7 +102,8 @@ def split_patches(
     core = core_part(corners.min(axis=1), corners.max(axis=1))
     for depth in range(_DEEPEST + 1):
         area = patches.area[patch] / 4**depth
-        extent = _extent(corners, area, core, size)
+        # What is far away may be as much larger.
+        extent = area / (size * core.size * (1.0 + core.away(corners))) ** 2
         deeper, urgency, misplaced = _DEEPEST - depth, extent.copy(), np.zeros(len(patch))
         if len(patch) and shining.power > 0:
             misplaced = 3 * passed_on[patch] * _spread(corners, shining) * area / (tolerance * shining.power)
@@ -136,13 +137,7 @@ def split_patches(
     corners = np.concatenate((corners[~late], quarters(corners[late])))
     patch = np.concatenate((patch[~late], np.repeat(patch[late], 4)))
     order = np.argsort(patch, kind="stable")
-    return _measured(corners[order], patch[order], patches, occluders, core, size)
-
-
-def _extent(corners: Float, area: Float, core: CorePart, size: float) -> Float:
-    """Return the areas of pieces over the largest that there may be: of what is far away as much larger."""
-    extent: Float = area / (size * core.size * (1.0 + core.away(corners))) ** 2
-    return extent
+    return _measured(corners[order], patch[order], patches, occluders)
 
 
 def _afforded(coarse: NDArray[np.bool_], which: Int, urgency: Float, extent: Float, deeper: int, room: int) -> int:
@@ -189,15 +184,9 @@ def _spread(corners: Float, shining: Unblocked) -> Float:
     return spread
 
 
-def _measured(
-    corners: Float, patch: Int, patches: Patches, occluders: Occluders, core: CorePart, size: float
-) -> Elements:
+def _measured(corners: Float, patch: Int, patches: Patches, occluders: Occluders) -> Elements:
     """Return elements with their measures; one that is a whole patch keeps the patch's own."""
     normal, area = flat_measures(corners)
     whole = np.bincount(patch, minlength=len(patches.area))[patch] == 1
     area[whole], normal[whole] = patches.area[patch[whole]], patches.normal[patch[whole]]
-    middle = centres(corners)
-    # What stands within a blade of grass is not worth the rays of millions.
-    large = np.flatnonzero(_extent(corners, area, core, size) > _CONTACT)
-    middle[large] = shown_middles(corners[large], occluders)
-    return Elements(corners, middle, normal, area, patch, *patches.surface(corners, patch))
+    return Elements(corners, shown_middles(corners, occluders), normal, area, patch, *patches.surface(corners, patch))

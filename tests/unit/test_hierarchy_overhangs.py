@@ -67,25 +67,6 @@ def test_a_ceiling_is_split_behind_its_lamp_however_many_splits_its_size_takes()
     assert elements.area[rim & (elements.centre[:, 2] == 4)].max() < 1 / 200
 
 
-def test_nothing_is_looked_for_over_blades_of_grass():
-    # A lawn of many little squares, and one large one half under a plate.
-    blades = [0.01 * WHOLE[0] + (0.02 * i, 0.02 * j, -1) for i in range(20) for j in range(20)]
-    plate_over = np.array(plate(0.5, 3, 0.1), float)
-    scene = Scene.from_polygons([WHOLE[0], plate_over, *blades], 0.5)
-    patches = mesh(scene)
-    occluders, asked = scene_occluders(scene, patches), []
-
-    class Counted:
-        def blocked(self, origins, targets):
-            asked.append(origins)
-            return occluders.blocked(origins, targets)
-
-    elements = split_patches(patches, Counted(), tolerance=1.0, size=1.0)
-    assert np.concatenate(asked)[:, 2].min() > -0.5
-    np.testing.assert_allclose(elements.centre[elements.patch >= 2], patches.centre[2:], rtol=1e-12)
-    assert elements.centre[elements.patch == 0, 0].min() < 0.5
-
-
 def test_lamps_that_hit_or_miss_what_is_close_are_put_right_together():
     # Of eight lamps in a row every second one lights the middle of what hangs over it, and nothing else does.
     place = np.column_stack((np.arange(8.0), np.zeros(8), np.zeros(8)))
