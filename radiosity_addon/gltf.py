@@ -16,6 +16,7 @@ from ..core.errors import RadiosityError
 from .display_scene import DisplayScene, display_scene
 from .glb import Glb, Primitive, mesh_primitives, read_glb, write_glb
 from .outputs import replacing
+from .wording import last_line
 
 # COLOR_0 is stored in steps of 1/65535 or finer.
 _COLOR_STEP = 1.0 / 65535.0
@@ -114,15 +115,10 @@ def _run_exporter(path: Path, scene: bpy.types.Scene) -> None:
     except AttributeError as error:
         raise RadiosityError("Blender's glTF exporter is not there: enable the add-on glTF 2.0 format") from error
     except RuntimeError as error:
-        raise RadiosityError(f"Blender's glTF exporter failed: {_last_line(error)}") from error
+        raise RadiosityError(f"Blender's glTF exporter failed: {last_line(error)}") from error
     finally:
         window.scene = users_scene
         window.view_layer = users_layer
-
-
-def _last_line(error: Exception) -> str:
-    """Return what a failed operator says after its traceback."""
-    return str(error).strip().splitlines()[-1].strip()
 
 
 def check_colors(glb: Glb, shown: DisplayScene) -> None:

@@ -20,6 +20,7 @@ from ..core.mending import BRIGHTEST
 from .materials.copies import lacking_images, readable_copy
 from .materials.cycles_bake import available, bake_colors, make_triangles, passing_scene
 from .materials.images import NEUTRAL
+from .wording import last_line
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -140,7 +141,7 @@ def _bake(light: bpy.types.Light, notes: list[str]) -> tuple[Array, Array] | Non
     try:
         light_of = _light_on_ball(light, directions)
     except RuntimeError as error:
-        notes.append(f"Light '{light.name_full}': Cycles says {str(error).strip().splitlines()[-1]}")
+        notes.append(f"Light '{light.name_full}': Cycles says {last_line(error)}")
         return None
     return light_of, weight
 

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from ..core.cells import widened
 from ..core.lighting.lamps import Lamp, SkyLamp, SunLamp
 from .materials.copies import lacking_images, readable_copy
 from .materials.images import NEUTRAL
+from .wording import last_line
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,7 +68,7 @@ def render_sky(world: bpy.types.World, notes: list[str]) -> tuple[Lamp, ...]:
             while len(suns) < SUNS and (sun := _take_sun(scene, sky, taken, world.name_full)) is not None:
                 suns.append(sun)
     except RuntimeError as error:
-        notes.append(f"World '{world.name_full}' gives no light: Cycles says {str(error).strip().splitlines()[-1]}")
+        notes.append(f"World '{world.name_full}' gives no light: Cycles says {last_line(error)}")
         return ()
     return (SkyLamp(world.name_full, sky), *suns) if sky.any() else tuple(suns)
 
@@ -92,7 +94,8 @@ def _take_sun(scene: bpy.types.Scene, sky: Array, taken: NDArray[np.bool_], name
     weight, directions = _pixels(CLOSER * ROWS, window)
     part = taken[window[0] : window[1], window[2] : window[3]]
     bright = np.where(part, 0.0, close @ LUMINANCE)
-    inside = _widened(bright > RIM * bright.max()) & ~part
+    # A rim covers a little of the pixels beside.
+    inside = widened(bright > RIM * bright.max()) & ~part
     # What surrounds the sun shines behind it too, and behind those that were taken before.
     around = ~inside & ~part
     behind = np.median(close[around], axis=0) if around.any() else np.zeros(3)
@@ -108,16 +111,6 @@ def _take_sun(scene: bpy.types.Scene, sky: Array, taken: NDArray[np.bool_], name
     size = min(float(light.sum() ** 2 / (light**2 / weight).sum()), 2.0 * pi)
     angle = 2.0 * acos(1.0 - size / (2.0 * pi))
     return SunLamp(name, glare.sum(axis=(0, 1)), direction / np.linalg.norm(direction), angle)
-
-
-def _widened(pixels: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return pixels and those beside them: a sun's rim covers a little of some."""
-    wide = pixels.copy()
-    wide[1:] |= pixels[:-1]
-    wide[:-1] |= pixels[1:]
-    wide[:, 1:] |= pixels[:, :-1]
-    wide[:, :-1] |= pixels[:, 1:]
-    return wide
 
 
 def _solid_angles(rows: int) -> Array:

@@ -12,6 +12,7 @@ from .camera import fit_camera
 from .display_scene import display_scene
 from .outputs import replacing
 from .scene_reader import read_scene
+from .wording import last_line
 
 LONGER_SIDE = 960  # of the picture [pixels]
 SAMPLES = 16  # enough for smooth edges, as nothing else is noisy
@@ -121,7 +122,7 @@ def _render(scene: bpy.types.Scene) -> None:
     try:
         bpy.ops.render.render(write_still=True, scene=scene.name)
     except RuntimeError as error:
-        raise RadiosityError(f"Cycles could not draw the picture: {str(error).strip().splitlines()[-1]}") from error
+        raise RadiosityError(f"Cycles could not draw the picture: {last_line(error)}") from error
     finally:
         if not known and _RESULT in bpy.data.images:
             bpy.data.images.remove(bpy.data.images[_RESULT])

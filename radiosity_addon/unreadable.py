@@ -7,6 +7,8 @@ from pathlib import Path
 
 import bpy
 
+from .wording import last_line
+
 # "BLENDER", how large pointers are, "V" where the highest byte is first, the version; "17-01" in the middle since 5.0.
 _HEADER = re.compile(rb"BLENDER(?:[-_]|\d\d-\d\d)([vV])(\d+)")
 _GZIP, _ZSTANDARD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
@@ -43,7 +45,7 @@ def why_unreadable(path: Path, error: RuntimeError) -> str:
 
 def blenders_reason(error: RuntimeError) -> str:
     """Return what Blender says about a file, without the words and the names around it."""
-    reason = str(error).strip().splitlines()[-1].split(": ", 1)[-1]
+    reason = last_line(error).split(": ", 1)[-1]
     reason = re.sub(r'^Loading ".*?" failed: ', "", reason)
     return re.sub(r"^(Failed to read blend file) '.*?'(?:[:,] )", r"\1: ", reason)
 

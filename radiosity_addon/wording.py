@@ -22,6 +22,11 @@ def counted(count: int, what: str) -> str:
     return f"1 {what}" if count == 1 else f"{count} {what}s"
 
 
+def last_line(error: Exception) -> str:
+    """Return what a failed operator says after its traceback."""
+    return str(error).strip().splitlines()[-1].strip()
+
+
 def gathered(warnings: Iterable[str]) -> list[str]:
     """Tell once what is told of many objects, meshes, materials or lights.
 

@@ -21,8 +21,6 @@ _LEAST_ALIKE = 0.5
 _OWN = 1e-6
 # Differences of neighbouring samples that count half as noise, and how often they are asked.
 _SAME, _ROUNDS = 0.15, 3
-# Samples that more than this share of their cluster does not see speak for nobody beside it.
-_HIDDEN = 0.5
 # Corners that are looked at together.
 _BLOCK = 1 << 15
 
@@ -49,7 +47,7 @@ def blended(
     -------
     ndarray of shape (q, k)
     """
-    cluster, count, alone = samples.cluster, len(samples), alone | (samples.hidden() > _HIDDEN)
+    cluster, count, alone = samples.cluster, len(samples), alone | samples.unheard
     one, other = pairs_once(cluster[edges[0]], cluster[edges[1]])
     values = smoothed(values, values[:, :3], (one, other), alone, np.inf, _ROUNDS, _SAME)
     trends = samples.trends(values)

@@ -74,7 +74,7 @@ def choose_samples(
     # A cluster whose sample alone was left keeps it; the sample sees itself.
     element = finer.element[_nearest(centre, weight, cluster)]
     cluster = cluster[finer.cluster]
-    # A sample that most of its cluster does not see is a stranger to the others, too.
+    # A sample that many of its cluster do not see is a stranger to the others, too.
     hidden = np.bincount(cluster, stranger) > _HIDDEN * np.bincount(cluster)
     stranger |= hidden[cluster]
     stranger[element] = False

@@ -65,11 +65,12 @@ class Samples:
         """Whether every element stands for itself."""
         return len(self.element) == len(self.cluster)
 
-    def hidden(self) -> Float:
-        """Tell which share of the elements of each cluster does not see its sample, shape (m,)."""
-        count = len(self.element)
-        share: Float = np.bincount(self.cluster, self.stranger, count) / np.bincount(self.cluster, minlength=count)
-        return share
+    @property
+    def unheard(self) -> NDArray[np.bool_]:
+        """Return which samples nobody else in their cluster sees, though there are others, shape (m,)."""
+        size = np.bincount(self.cluster)
+        unheard: NDArray[np.bool_] = (size > 1) & (size - np.bincount(self.cluster, self.stranger) <= 1)
+        return unheard
 
     def spread(self, values: Float) -> Float:
         """Tell all elements what arrives at the samples.

@@ -50,11 +50,12 @@ def corner_receivers(scene: Scene, exposed: Float | None = None) -> Corners:
     normal = shown_normals(scene)[leader]
     # Faces without area have no normal of their own; whatever light is there will do.
     normal[~normal.any(axis=1)] = (0, 0, 1)
-    normal = _towards_shown(scene, normal, group, weight > LAST_RESORT)
+    shows = weight > LAST_RESORT
+    normal = _towards_shown(scene, normal, group, shows)
     # Along the surface, not below it: the middles of the faces round a convex corner lie inside.
     into -= (into * normal).sum(axis=1, keepdims=True) * normal
     point = position[leader] + _INSET * into
-    raised = point + _lift(scene, point, normal, group, weight > LAST_RESORT)[:, None] * normal
+    raised = point + _lift(scene, point, normal, group, shows)[:, None] * normal
     return Corners(raised, normal, group, None if group is whole else whole)
 
 

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
+from ..cells import widened
 from ..occlusion.panes import Panes
 from ..sequences import GOLDEN, PLASTIC
 from ..visibility import Occluders
@@ -178,17 +179,7 @@ def _unsure(clear: BoolArray, counts: BoolArray, side: int) -> BoolArray:
     some = np.logical_or.reduceat(clear & counts, start, axis=0).reshape(-1, side, side)
     none = np.logical_or.reduceat(~clear & counts, start, axis=0).reshape(-1, side, side)
     # What is next to a cell that is seen and to one that is not has the edge of the shadow in it or near it.
-    return np.asarray((_spread(some) & _spread(none)).reshape(len(start), -1))
-
-
-def _spread(cells: BoolArray) -> BoolArray:
-    """Return the cells and those beside them."""
-    wide = cells.copy()
-    wide[:, 1:] |= cells[:, :-1]
-    wide[:, :-1] |= cells[:, 1:]
-    wide[:, :, 1:] |= cells[:, :, :-1]
-    wide[:, :, :-1] |= cells[:, :, 1:]
-    return wide
+    return np.asarray((widened(some) & widened(none)).reshape(len(start), -1))
 
 
 def _neighbours(points: FloatArray, normals: FloatArray) -> IntArray:

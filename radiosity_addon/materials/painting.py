@@ -13,6 +13,7 @@ import numpy as np
 from ...core.paint.averages import build_paint, corner_values, face_means
 from ...core.paint.paint import Paint
 from ...core.paint.samples import PaintSamples, paint_samples
+from ..wording import last_line
 from .cycles_bake import MOST, Job, available, bake_surfaces
 from .images import Images
 from .points import Ground, Points
@@ -122,7 +123,7 @@ def _bake(
         try:
             baked = bake_surfaces(jobs)
         except RuntimeError as error:
-            reason = f"Cycles says {str(error).strip().splitlines()[-1]}"
+            reason = f"Cycles says {last_line(error)}"
         else:
             for (material, number, here), (reflectance, radiance) in zip(left, baked, strict=True):
                 values[number][here] = _divided(reflectance, radiance, read_material(material))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from core.attendance import attended
-from core.progress import Progress, exhaust
+from core.progress import Progress, exhaust, told
 
 
 def test_steps_and_result_are_passed_on_from_another_thread():
@@ -19,9 +19,14 @@ def test_steps_and_result_are_passed_on_from_another_thread():
             yield Progress("Links", index / 3, radiosity=np.ones((1, 3)))
         return 7
 
-    steps, told = attended(computed(), "Patches", every=60.0), []
-    assert exhaust(iter_into(steps, told)) == 7
-    assert [step.fraction for step in told] == [0, 1 / 3, 2 / 3] and all(step.radiosity is not None for step in told)
+    heard = []
+
+    def kept(step):
+        heard.append(step)
+        return step
+
+    assert exhaust(told(attended(computed(), "Patches", every=60.0), kept)) == 7
+    assert [step.fraction for step in heard] == [0, 1 / 3, 2 / 3] and all(step.radiosity is not None for step in heard)
     assert len(set(seen)) == 1 and seen[0] != get_ident()
 
 
@@ -89,14 +94,3 @@ def test_closing_within_a_long_step_does_not_wait_for_it():
     assert not closed.is_set()
     go_on.set()
     assert closed.wait(60)
-
-
-def iter_into(steps, told):
-    """Pass on the steps of a generator, and keep them."""
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as end:
-            return end.value
-        told.append(step)
-        yield step
