@@ -104,7 +104,8 @@ def triangulate(polygons: FloatArray) -> tuple[IntArray, IntArray]:
     m, k, _ = polygons.shape
     points = polygons.reshape(m * k, 2)
     offset = np.arange(m)[:, None, None] * k
-    triangles = _flipped(points, (_ears(polygons) + offset).reshape(-1, 3))
+    # An edge that is flipped away never comes back, and k points have fewer edges than this.
+    triangles = _flipped(points, (_ears(polygons) + offset).reshape(-1, 3), most=k * k)
     solid = _twice_area(points, triangles) > SLIVER
     polygon = triangles[:, 0] // k
     return triangles[solid] % k, polygon[solid]
@@ -184,10 +185,13 @@ def _inside(polygons: FloatArray, ears: IntArray, alive: BoolArray) -> BoolArray
     return inside
 
 
-def _flipped(points: FloatArray, triangles: IntArray) -> IntArray:
-    """Flip edges between triangles until no circle around a triangle holds a neighbour's corner, shape (t, 3)."""
+def _flipped(points: FloatArray, triangles: IntArray, most: int) -> IntArray:
+    """Flip edges between triangles until no circle around a triangle holds a neighbour's corner, shape (t, 3).
+
+    In every round each polygon that has something to flip flips at least one edge; there are `most` at most.
+    """
     triangles = triangles.copy()
-    for _ in range(len(points)):
+    for _ in range(most):
         first, second = _neighbours(triangles, len(points))
         # The two triangles a, b, p and b, a, q on either side of every inner edge.
         a, b, p = (triangles[first // 3, (first + i) % 3] for i in range(3))
