@@ -25,6 +25,10 @@ _ROOM = 0.25
 _WORTH = 0.1
 # Share of an object's light that its corners may lose or add.
 _MISSED = 0.3
+# Small faces of no more patches have even light: what corners tell otherwise is finer than what patches share.
+_EVEN = 2
+# A face is small if it is less than this share of its object.
+_SMALL = 1 / 16
 
 
 def differing_sides(
@@ -92,11 +96,11 @@ def light_between_corners(
     # What lamps receive is little beside what they emit.
     reflected = scene.face_area * scene.reflectance.mean(axis=1)
     power = _sums(scene, reflected * there + scene.face_area * scene.emission.mean(axis=1))
-    missed = _sums(scene, reflected * np.abs(seen - there))
+    missed = _sums(scene, reflected * np.abs(seen - there) * _large(scene, patches))
     worth = (missed > _MISSED * power) & (power > _WORTH * power.mean())
     what = (
-        "its faces are too large to show the light between their corners (subdivide it, or bake a copy, whose faces "
-        "are cut)"
+        "its faces are too large to show the light between their corners (subdivide it, or bake a copy with small "
+        "patches)"
     )
     return _told(scene, worth, what)
 
@@ -126,6 +130,15 @@ def light_on_faces(
     angles = np.bincount(scene.corner_face, angle, count)
     seen = np.divide(weighted, angles, out=there.copy(), where=angles > 0)
     return np.where(np.bincount(patches.face, minlength=count) > 0, there, seen), seen
+
+
+def _large(scene: Scene, patches: Patches) -> BoolArray:
+    """Tell which faces are a good part of their object, or had to be cut for the light on them."""
+    count = len(scene.face_area)
+    # A bent quad is two patches anyway.
+    front, back = (np.bincount(patches.face[side], minlength=count) for side in (patches.side > 0, patches.side < 0))
+    of_object = _sums(scene, scene.face_area)[scene.face_object]
+    return np.asarray((np.maximum(front, back) > _EVEN) | (scene.face_area > _SMALL * of_object))
 
 
 def _room_behind(scene: Scene, faces: IntArray, occluders: Surroundings) -> BoolArray:

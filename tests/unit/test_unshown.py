@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What corners cannot show is told, and nothing else."""
 
+import numpy as np
 import pytest
 
+from core.meshing import mesh
+from core.unshown import light_between_corners
 from tests.unit.islands import Things, sheet, upright
 
 
@@ -45,3 +48,12 @@ def test_a_floor_of_one_face_under_a_small_lamp(told, cells, names):
     things = Things().add("Floor", [sheet((x, y, 0), (x + size, y + size)) for x, y in corners])
     things.add("Lamp", [sheet((2.8, 2.8, 1), (3.2, 3.2), up=False)], emission=100.0)
     assert told(things)["too large"] == names
+
+
+@pytest.mark.parametrize(("cells", "names"), [(3, ["Floor"]), (5, [])])
+def test_small_faces_whose_patches_share_their_light_are_not_too_large(cells, names):
+    corners = [(i, j) for i in range(cells) for j in range(cells)]
+    scene = Things().add("Floor", [sheet((x, y, 0), (x + 1, y + 1)) for x, y in corners]).scene()
+    patches = mesh(scene)
+    lines = light_between_corners(scene, patches, np.ones((len(patches.face), 3)), np.full((4 * cells**2, 3), 2.0))
+    assert [line.split("'")[1] for line in lines] == names
