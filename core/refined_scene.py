@@ -44,6 +44,7 @@ def refined_scene(scene: Scene, fine: Refinement) -> Scene:
         occludes=scene.occludes[face],
         shades=scene.shades[face],
         tint=scene.tint[face],
+        ior=scene.ior[face],
         reflects=scene.reflects[face],
         emits=scene.emits[face],
         paint=None,

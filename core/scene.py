@@ -61,7 +61,9 @@ class Scene(Polygons):
     occludes, shades : ndarray of shape (f,)
         Whether the face blocks the light of other faces and of lamps, and that of the sky.
     tint : ndarray of shape (f, 3)
-        What light of lamps and sky is multiplied with that goes through the face, where it does not block; 1 else.
+        What light is multiplied with that goes through the face, where it does not block; 1 else.
+    ior : ndarray of shape (f,)
+        Index of refraction of such a face, which reflects a part of that light; 1 where it does not.
     reflects, emits : ndarray of shape (f,)
         Whether what the face reflects and emits lights others; its own colours show it anyway.
     lamps : tuple of Lamp
@@ -84,6 +86,7 @@ class Scene(Polygons):
     occludes: BoolArray
     shades: BoolArray
     tint: FloatArray
+    ior: FloatArray
     reflects: BoolArray
     emits: BoolArray
     lamps: tuple[Lamp, ...]
@@ -108,6 +111,7 @@ class Scene(Polygons):
         occludes: ArrayLike | None = None,
         shades: ArrayLike | None = None,
         tint: ArrayLike | None = None,
+        ior: ArrayLike | None = None,
         reflects: ArrayLike | None = None,
         emits: ArrayLike | None = None,
         lamps: Sequence[Lamp] = (),
@@ -137,6 +141,7 @@ class Scene(Polygons):
         for name, part in {"occludes": occludes, "shades": shades, "reflects": reflects, "emits": emits}.items():
             self._keep(name, one_each(name, _or(part, np.ones(n_faces)), n_faces).astype(np.bool_))
         self._keep("tint", table("tint", _or(tint, np.ones((n_faces, 3))), n_faces))
+        self._keep("ior", one_each("ior", _or(ior, np.ones(n_faces)), n_faces))
         self._keep("lamps", tuple(lamps))
         self._keep_normals(corner_normals, notes)
         notes.extend(skipped_faces(self.owners, lost, ~self.live & ~lost, told=warnings))

@@ -150,7 +150,7 @@ def behind(scene: Scene, patches: Patches) -> Behind | None:
     chosen = np.zeros(len(scene.face_object), dtype=np.bool_)
     chosen[face] = True
     corner = np.flatnonzero(chosen[scene.corner_face])
-    fields = ("reflectance", "emission", "transmittance", "tint", "face_object", "divisions", "max_edge")
+    fields = ("reflectance", "emission", "transmittance", "tint", "ior", "face_object", "divisions", "max_edge")
     flags = ("occludes", "shades", "reflects", "emits")
     part = replace(
         scene,

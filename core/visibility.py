@@ -87,6 +87,30 @@ def panes_of(occluders: Occluders) -> Panes | None:
     return occluders.panes if isinstance(occluders, SurfaceOccluders) else None
 
 
+def dimmed(origins: FloatArray, targets: FloatArray, clear: BoolArray, occluders: Occluders) -> FloatArray:
+    """Return how much panes, whatever their color, let through of light that has no colors of its own.
+
+    Parameters
+    ----------
+    origins, targets : ndarray of shape (m, 3)
+        Segments, from receivers to where their light comes from [m].
+    clear : ndarray of shape (m,)
+        Those that nothing blocks.
+    occluders : Occluders
+
+    Returns
+    -------
+    ndarray of shape (m,)
+        1 where something blocks.
+    """
+    share = np.ones(len(clear))
+    panes = panes_of(occluders)
+    if panes is not None:
+        some = np.flatnonzero(clear)
+        share[some] = panes.tint(origins[some], targets[some]).mean(axis=1)
+    return share
+
+
 class SurfaceOccluders:
     """Streams of segments where there are many of them, Blender's tree for the rest: whatever is faster.
 

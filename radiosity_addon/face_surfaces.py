@@ -35,6 +35,8 @@ class FaceSurfaces:
         Share of light that goes straight on behind each face.
     transmittance : ndarray of shape (f, 3)
         Share that leaves diffusely on the other side of each face.
+    specular : ndarray of shape (f, 3)
+        Share that the clear part of each face reflects of light that comes straight down.
     paint : Paint or None
         How they vary inside faces, in the space of the mesh.
     """
@@ -43,6 +45,7 @@ class FaceSurfaces:
     emission: FloatArray
     passed: FloatArray
     transmittance: FloatArray
+    specular: FloatArray
     paint: Paint | None = None
 
     def placed(self, linear: FloatArray, offset: FloatArray, order: IntArray) -> FaceSurfaces:
@@ -141,7 +144,7 @@ class SurfaceReader:
 
 
 def _surfaces(columns: FloatArray, paint: Paint | None = None) -> FaceSurfaces:
-    return FaceSurfaces(columns[:, :3], columns[:, 3:6], columns[:, 6:9], columns[:, 9:], paint)
+    return FaceSurfaces(*np.split(columns, COLUMNS // 3, axis=1), paint)
 
 
 def join_surfaces(
@@ -164,9 +167,11 @@ def join_surfaces(
         for surface, start in meshes
     ]
     reflectance, emission = (np.concatenate([part[column] for part in parts]) for column in (0, 1))
-    passed = np.concatenate([surface.passed for surface, _ in meshes])
-    transmittance = np.concatenate([surface.transmittance for surface, _ in meshes])
-    return FaceSurfaces(reflectance, emission, passed, transmittance, join_paint(parts))
+    passed, transmittance, specular = (
+        np.concatenate([getattr(surface, name) for surface, _ in meshes])
+        for name in ("passed", "transmittance", "specular")
+    )
+    return FaceSurfaces(reflectance, emission, passed, transmittance, specular, join_paint(parts))
 
 
 def _attribute_names(tree: bpy.types.NodeTree, seen: tuple[bpy.types.NodeTree, ...] = ()) -> set[str]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..core.errors import RadiosityError
 from ..core.grids import PATCH_LIMIT
 from ..core.lighting.lamps import Lamp, SkyLamp
+from ..core.occlusion.panes import ior_of
 from ..core.occlusion.sieve import blocking, tints
 from ..core.scene import AUTO, Scene
 from .face_surfaces import FaceSurfaces, SurfaceReader, join_surfaces
@@ -157,6 +158,7 @@ def _joined(
         occludes=opaque & np.repeat([body.roles.occludes for body in bodies], sizes),
         shades=opaque & np.repeat([body.roles.shades if plain_sky else body.roles.occludes for body in bodies], sizes),
         tint=tints(of_faces.passed, opaque),
+        ior=ior_of(of_faces.specular.sum(axis=1) / np.maximum(of_faces.passed.sum(axis=1), 1e-9)),
         reflects=np.repeat([body.roles.reflects for body in bodies], sizes),
         emits=np.repeat([body.roles.emits for body in bodies], sizes),
         lamps=lamps,

@@ -2,7 +2,7 @@
 """How much of each other two groups of patches see, by the cheapest way that is good enough.
 
 Nothing in the shaft between them: all. A few flat blockers in it: each pair of points by the test of `shadows`, and for
-pairs that much light goes between, many more segments than those. Many blockers: rays.
+pairs that much light goes between, many more segments than those. Many blockers, or panes that dim light: rays.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 from ..sequences import spread_points
-from ..visibility import Occluders
+from ..visibility import Occluders, dimmed, panes_of
 from .exchange import ROUNDING, Exchange, meeting
 from .quadrature import surface_points
 from .shadows import hidden, hidden_pairs
@@ -53,7 +53,7 @@ def visible_share(
     if x.occluders is None:
         return np.ones_like(whole), 0
     blockers = x.blockers
-    if blockers is None:
+    if blockers is None or panes_of(x.occluders) is not None:
         return _share_by_rays(x, x.occluders, i, j, kernel, close)
     inside = between(_cloud(x, i), _cloud(x, j), blockers)
     if not len(inside):
@@ -106,7 +106,9 @@ def _share_by_rays(
         rows, columns = np.nonzero(facing[s] & (several | (turn == s)))
         weight = kernel[s, rows, columns]
         total[rows, columns] += weight
-        seen[rows, columns] += weight * ~occluders.blocked(x.points[i[rows], a], x.points[j[columns], b])
+        start, end = x.points[i[rows], a], x.points[j[columns], b]
+        clear = ~occluders.blocked(start, end)
+        seen[rows, columns] += weight * clear * dimmed(start, end, clear, occluders)
         segments += len(rows)
     share = seen / np.where(total > 0.0, total, 1.0)
     rows, columns = np.nonzero(close & (total == 0.0))

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..runs import counted
 from ..sequences import GOLDEN, PLASTIC
-from ..visibility import Occluders
+from ..visibility import Occluders, dimmed
 from .source_points import SourcePoints
 from .tree import Float, Int
 from .vectors import dots, picked
@@ -73,7 +73,7 @@ def visible_share(
     """
     first = np.minimum(rays, _TRIED)
     sums, cast = _sampled(point, normal, receiver, node, first, np.zeros_like(rays), large, targets, occluders)
-    mixed = np.flatnonzero((rays > first) & (sums[0] > 0) & (sums[0] < (1 - 1e-9) * sums[1]))
+    mixed = np.flatnonzero((rays > first) & (sums[0] > 0) & (sums[2] < (1 - 1e-9) * sums[1]))
     rest = rays[mixed] - first[mixed]
     if len(mixed):
         among = np.flatnonzero(np.isin(mixed, large, assume_unique=True))
@@ -84,7 +84,7 @@ def visible_share(
         cast += further
     tried = first.copy()
     tried[mixed] += rest
-    middle = (sums[2:, large] / np.where(sums[0, large] > 0, sums[0, large], 1)).T
+    middle = (sums[3:, large] / np.where(sums[0, large] > 0, sums[0, large], 1)).T
     return Sighting(sums[0] / np.where(sums[1] > 0, sums[1], 1), sums[0] / tried, middle, cast)
 
 
@@ -103,8 +103,9 @@ def _sampled(
 
     Returns
     -------
-    sums : ndarray of shape (5, k)
-        Light of the samples that get through, of all, and, for large pairs, the first times where they are.
+    sums : ndarray of shape (6, k)
+        Light of the samples as it gets through, of all, of those that nothing blocks, and, for large pairs, the first
+        times where they are.
     cast : int
     """
     pair, turn = counted(rays, done)
@@ -119,13 +120,14 @@ def _sampled(
     asked = np.flatnonzero(light > 0)
     clear = np.zeros(len(pair), bool)
     clear[asked] = ~occluders.blocked(picked(origin, asked), picked(target, asked))
-    through = light * clear
-    sums = np.zeros((5, len(node)))
-    sums[:2] = [np.bincount(pair, part, len(node)) for part in (through, light)]
+    unblocked = light * clear
+    through = unblocked * dimmed(origin, target, clear, occluders)
+    sums = np.zeros((6, len(node)))
+    sums[:3] = [np.bincount(pair, part, len(node)) for part in (through, light, unblocked)]
     wanted = np.zeros(len(node), bool)
     wanted[large] = True
     here = np.flatnonzero(wanted[pair])
-    sums[2:] = [np.bincount(pair[here], through[here] * axis, len(node)) for axis in target[here].T]
+    sums[3:] = [np.bincount(pair[here], through[here] * axis, len(node)) for axis in target[here].T]
     return sums, len(asked)
 
 

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What light takes on of clear surfaces on its way: the tint of the panes that a segment goes through."""
+"""What light takes on of clear surfaces on its way: the tint of the panes that a segment goes through.
+
+Of light that comes to the surface of glass, a part is reflected, the more the flatter it comes (Fresnel's equations).
+What is reflected is not followed, and light goes on without being bent.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +13,17 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from .single_rays import single_rays
+from .streams import StreamOccluders
 from .surfaces import separate_polygons
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
-# Panes on one way, at most, and tints that are worth asking for.
+# Panes on one way, at most; tints and indices of refraction that are worth asking for.
 _DEEPEST = 16
-_CLEAR = 0.99
+_CLEAR, _DENSE = 0.99, 1.01
 # Faces that are asked one ray after the other: leaves of many thousands are as good as clear.
-_MOST = 20_000
+_MOST = 100_000
 
 
 class Panes:
@@ -32,8 +37,9 @@ class Panes:
     """
 
     def __init__(self, scene: Scene, chosen: BoolArray) -> None:
-        self._tint = scene.tint
-        self._tree = single_rays(separate_polygons(scene, chosen))
+        self._tint, self._ior, self._normal = scene.tint, scene.ior, scene.face_normal
+        panes = separate_polygons(scene, chosen)
+        self._tree, self._stream = single_rays(panes), StreamOccluders(panes)
 
     def tint(self, origins: FloatArray, targets: FloatArray) -> FloatArray:
         """Return what light is multiplied with on segments.
@@ -41,7 +47,7 @@ class Panes:
         Parameters
         ----------
         origins, targets : ndarray of shape (m, 3)
-            [m].
+            Receivers, and where their light comes from [m].
 
         Returns
         -------
@@ -49,20 +55,64 @@ class Panes:
             The product of all panes in between.
         """
         tint = np.ones((len(origins), 3))
+        crossing = np.flatnonzero(self._stream.blocked(origins, targets))
+        if len(crossing):
+            tint[crossing] = self._gathered(origins[crossing], targets[crossing])
+        return tint
+
+    def _gathered(self, origins: FloatArray, targets: FloatArray) -> FloatArray:
+        """Return the same of segments that go through panes, from one to the next."""
+        tint = np.ones((len(origins), 3))
         way = targets - origins
         length = np.linalg.norm(way, axis=1)
         way /= np.maximum(length, 1e-300)[:, None]
         gone, left = np.zeros(len(origins)), np.flatnonzero(length > 0.0)
+        # In how many things of glass the way is.
+        inside = np.zeros(len(origins), dtype=np.int64)
         for _ in range(_DEEPEST):
             if not len(left):
                 break
             # Where a ray starts in the plane of a pane, that one is behind it.
-            face, distance, _ = self._tree.nearest(origins[left] + gone[left, None] * way[left], way[left])
+            face, distance, front = self._tree.nearest(origins[left] + gone[left, None] * way[left], way[left])
             met = gone[left] + distance < length[left]
-            left, face = left[met], face[met]
+            left, face, front = left[met], face[met], front[met]
             gone[left] += distance[met]
-            tint[left] *= self._tint[face]
+            # Leaving what was entered before mirrors as much as entering it does; leaving what was not, at an open
+            # sheet or from within, is as steep a step out of glass as Blender makes of it.
+            out = ~front & (inside[left] == 0)
+            inside[left] += np.where(front, 1, np.where(out, 0, -1))
+            ior = np.where(out, 1.0 / self._ior[face], self._ior[face])
+            cosine = np.abs((self._normal[face] * way[left]).sum(axis=1))
+            tint[left] *= self._tint[face] * (1.0 - reflected_share(cosine, ior))[:, None]
         return tint
+
+
+def reflected_share(cosine: FloatArray, ior: FloatArray) -> FloatArray:
+    """Return the share of unpolarized light that the surface of something clear reflects (Fresnel).
+
+    Parameters
+    ----------
+    cosine : ndarray of shape (n,)
+        Of the angle between light and normal, 0 to 1.
+    ior : ndarray of shape (n,)
+        Index of refraction behind the surface over that before it.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        1 where all is reflected, at flat angles where the index falls.
+    """
+    bent = 1.0 - (1.0 - cosine**2) / ior**2
+    beyond = np.sqrt(np.maximum(bent, 0.0))
+    across, along = cosine + ior * beyond, ior * cosine + beyond
+    s, p = (cosine - ior * beyond) / np.maximum(across, 1e-12), (ior * cosine - beyond) / np.maximum(along, 1e-12)
+    return np.where(bent > 0.0, 0.5 * (s**2 + p**2), 1.0)
+
+
+def ior_of(reflected: FloatArray) -> FloatArray:
+    """Return the index of refraction of what reflects a share of light that comes straight down, below 1."""
+    root = np.sqrt(np.clip(reflected, 0.0, 0.9))
+    return np.asarray((1.0 + root) / (1.0 - root))
 
 
 def find_panes(scene: Scene, blocking: BoolArray) -> Panes | None:
@@ -79,5 +129,5 @@ def find_panes(scene: Scene, blocking: BoolArray) -> Panes | None:
     Panes or None
         None where there is nothing that light takes on color from.
     """
-    chosen = scene.live & ~blocking & (scene.tint < _CLEAR).any(axis=1)
+    chosen = scene.live & ~blocking & ((scene.tint < _CLEAR).any(axis=1) | (scene.ior > _DENSE))
     return Panes(scene, chosen) if 0 < np.count_nonzero(chosen) <= _MOST else None

@@ -96,7 +96,7 @@ def _read(
     told: dict[str, None],
     strict: bool = True,
 ) -> NDArray[np.float32]:
-    """Return the columns of `Surface` at points, shape (s, 12)."""
+    """Return the columns of `Surface` at points, shape (s, 15)."""
     parts = [np.zeros((0, COLUMNS), np.float32)]
     for first in range(0, len(samples.triangle), _AT_ONCE):
         part = samples.take(slice(first, first + _AT_ONCE))
@@ -140,11 +140,11 @@ def _bake(
 
 
 def _divided(scattered: Array, radiance: Array, roughly: Surface) -> Array:
-    """Return the columns of `Surface` of what Cycles baked, shape (n, 12); it does not tell what goes through."""
+    """Return the columns of `Surface` of what Cycles baked, shape (n, 15); it does not tell what goes through."""
     whole = roughly.reflectance + roughly.transmittance
     beyond = np.divide(roughly.transmittance, whole, out=np.zeros(3), where=whole > 0.0)
-    passed = np.broadcast_to(roughly.passed, (len(scattered), 3))
-    return np.concatenate([(1.0 - beyond) * scattered, np.pi * radiance, passed, beyond * scattered], axis=1)
+    passed, specular = (np.broadcast_to(part, (len(scattered), 3)) for part in (roughly.passed, roughly.specular))
+    return np.concatenate([(1.0 - beyond) * scattered, np.pi * radiance, passed, beyond * scattered, specular], axis=1)
 
 
 def _parts(paintings: Sequence[Painting]) -> list[IntArray]:

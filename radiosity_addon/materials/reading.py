@@ -38,6 +38,8 @@ class Surface:
         Share of light that goes straight on behind it, 0 to 1.
     transmittance : ndarray of shape (3,) or (n, 3)
         Share that leaves diffusely on its other side, not below 0.
+    specular : ndarray of shape (3,) or (n, 3)
+        Share that its clear part reflects of light that comes straight down, 0 to `passed`.
     warnings : tuple of str
         What was read otherwise than Blender would render it.
     """
@@ -46,17 +48,23 @@ class Surface:
     emission: Array
     passed: Array
     transmittance: Array
+    specular: Array
     warnings: tuple[str, ...] = ()
 
     @property
     def columns(self) -> Array:
-        """All of it side by side, shape (12,) or (n, 12)."""
-        return np.concatenate([self.reflectance, self.emission, self.passed, self.transmittance], axis=-1)
+        """All of it side by side, shape (15,) or (n, 15)."""
+        return np.concatenate(self.parts, axis=-1)
+
+    @property
+    def parts(self) -> tuple[Array, ...]:
+        """All of it."""
+        return self.reflectance, self.emission, self.passed, self.transmittance, self.specular
 
 
 # How many columns that are.
-COLUMNS = 12
-OPAQUE = np.zeros(3), np.zeros(3)
+COLUMNS = 15
+OPAQUE = np.zeros(3), np.zeros(3), np.zeros(3)
 
 
 def read_material(material: bpy.types.Material | None) -> Surface:
@@ -120,8 +128,7 @@ def read_points(material: bpy.types.Material, points: Points, images: Images, *,
     """
     surface = _read(material, Network(read_output, images, points, strict))
     count = len(points.samples.triangle)
-    parts = (surface.reflectance, surface.emission, surface.passed, surface.transmittance)
-    return Surface(*(np.broadcast_to(part, (count, part.shape[-1])) for part in parts), surface.warnings)
+    return Surface(*(np.broadcast_to(part, (count, part.shape[-1])) for part in surface.parts), surface.warnings)
 
 
 def _read(material: bpy.types.Material | None, network: Network) -> Surface:
@@ -154,6 +161,7 @@ def _read(material: bpy.types.Material | None, network: Network) -> Surface:
         np.pi * _clean(shading.radiance),
         _clean(shading.passed).clip(0.0, 1.0),
         _clean(shading.transmittance),
+        _clean(shading.specular).clip(0.0, 1.0),
         tuple(f"Material '{material.name_full}': {note}" for note in network.notes),
     )
 

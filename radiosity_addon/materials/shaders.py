@@ -33,12 +33,15 @@ class Shading(NamedTuple):
         Share of light that goes straight on behind it.
     transmittance : ndarray
         Share that leaves diffusely on its other side.
+    specular : ndarray
+        Share that its clear part, which is a share itself, reflects of light that comes straight down.
     """
 
     reflectance: Array = _NONE
     radiance: Array = _NONE
     passed: Array = _NONE
     transmittance: Array = _NONE
+    specular: Array = _NONE
 
     def scaled(self, factor: Array) -> Shading:
         """Return a share of this."""
@@ -50,7 +53,7 @@ class Shading(NamedTuple):
 
 
 _BLACK = Shading()
-_STRAIGHT = "light that it lets through goes straight on, and only that of lamps and the world takes on its color"
+_STRAIGHT = "light that it lets through goes straight on; only that of lamps and the world takes on its color"
 
 
 def read_shader(place: Place, socket: Socket) -> Shading:
@@ -117,15 +120,17 @@ def _principled(place: Place, node: Node) -> Shading:
     coat = place.value(node, "Coat Weight").clip(0.0, 1.0)
     # Seen from above, as much light passes the coat as its tint says, but for what its surface reflects.
     tint = 1.0 + coat * (place.value(node, "Coat Tint", 1.0) - 1.0) if coat.any() else 1.0
-    ior = place.value(node, "Coat IOR", 1.5)
-    below = 1.0 - coat * ((ior - 1.0) / np.maximum(ior + 1.0, 1e-6)) ** 2
+    below = 1.0 - coat * _straight_down(place, node, "Coat IOR")
     through = _through_thin_wall(place, node)
     reflected = _scaled(scattered * (1.0 - through), lambda: tint * place.value(node, "Base Color"))
     translucent = _scaled(scattered * through, lambda: tint * place.value(node, "Base Color"))
     strength = alpha * place.value(node, "Emission Strength")
     emitted = _scaled(strength, lambda: below * tint * place.value(node, "Emission Color"))
-    passed = 1.0 - alpha + _scaled(clear, lambda: _glass_color(place, node))
-    return Shading(reflected, emitted, passed, translucent)
+    glass = _scaled(clear, lambda: _glass_color(place, node))
+    # A thin wall has no inside: its two surfaces are one.
+    solid = glass * (1.0 - place.value(node, "Thin Wall").clip(0.0, 1.0))
+    specular = _scaled(solid, lambda: _straight_down(place, node))
+    return Shading(reflected, emitted, 1.0 - alpha + glass, translucent, specular)
 
 
 def _glass_color(place: Place, node: Node) -> Array:
@@ -170,10 +175,22 @@ def _translucent(place: Place, node: Node) -> Shading:
     return Shading(transmittance=place.value(node, "Color"))
 
 
+def _straight_down(place: Place, node: Node, name: str = "IOR") -> Array:
+    """Return the share that a surface of an index of refraction reflects of light that comes straight down."""
+    ior = place.value(node, name, 1.5)
+    share: Array = ((ior - 1.0) / np.maximum(ior + 1.0, 1e-6)) ** 2
+    return share
+
+
 def _clear(place: Place, node: Node) -> Shading:
     """Read what light passes, bent or not: it goes straight on."""
     place.network.note(_STRAIGHT)
     return Shading(passed=place.value(node, "Color").clip(0.0, 1.0))
+
+
+def _glass(place: Place, node: Node) -> Shading:
+    clear = _clear(place, node)
+    return clear._replace(specular=clear.passed * _straight_down(place, node))
 
 
 def _black(place: Place, node: Node) -> Shading:
@@ -206,7 +223,7 @@ _SHADERS: dict[str, Callable[[Place, Node], Shading]] = {
     'ShaderNodeBsdfGlossy': _black,
     'ShaderNodeBsdfAnisotropic': _black,
     'ShaderNodeBsdfMetallic': _black,
-    'ShaderNodeBsdfGlass': _clear,
+    'ShaderNodeBsdfGlass': _glass,
     'ShaderNodeBsdfRefraction': _clear,
     'ShaderNodeBsdfTransparent': _clear,
     'ShaderNodeHoldout': _black,

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panes of glass reflect a part of the light that comes to them, and dim whatever goes through."""
+
+import numpy as np
+import pytest
+
+from core.lighting.lamps import SkyLamp, SunLamp, lamp_irradiance, scene_reach
+from core.meshing import mesh
+from core.occlusion.panes import ior_of, reflected_share
+from core.scene import Scene
+from core.visibility import scene_occluders
+from tests.unit.lamps import SQUARE, UP
+
+GLASS = 1.5
+# What a surface of glass reflects of diffuse light from outside (Walsh 1926), and from within.
+OF_DIFFUSE, OF_DIFFUSE_WITHIN = 0.0918, 1 - (1 - 0.0918) / 1.5**2
+
+
+def light_under(panes, lamp, ior=GLASS, **fields):
+    """Return the light of a lamp below horizontal panes, over what it is without them."""
+    points = np.column_stack((np.zeros(64), np.linspace(-0.5, 0.5, 64), np.zeros(64)))
+
+    def light(**more):
+        scene = Scene.from_polygons(panes, occludes=np.zeros(len(panes)), shades=np.zeros(len(panes)), **more)
+        occluders, reach = scene_occluders(scene, mesh(scene)), scene_reach(scene)
+        return lamp_irradiance([lamp], points, np.tile(UP, (64, 1)), occluders, rays=256, reach=reach).mean()
+
+    return light(ior=np.full(len(panes), ior), **fields) / light()
+
+
+def test_fresnel_at_angles_that_are_known():
+    brewster = 1 / np.sqrt(1 + GLASS**2)
+    cosine, ior = np.array([1, brewster, 1e-6, 1, 0.74, 0.76]), np.array([GLASS] * 3 + [1 / GLASS] * 3)
+    found = reflected_share(cosine, ior)
+    # There only light across the plane of incidence is reflected.
+    expected = [0.04, 0.5 * ((GLASS**2 - 1) / (GLASS**2 + 1)) ** 2, 1, 0.04, 1]
+    np.testing.assert_allclose(found[:5], expected, rtol=1e-4)
+    assert found[5] < 0.5
+
+
+def test_fresnel_of_diffuse_light():
+    cosine = np.sqrt((np.arange(100_000) + 0.5) / 100_000)
+    assert reflected_share(cosine, np.full(100_000, GLASS)).mean() == pytest.approx(OF_DIFFUSE, abs=1e-4)
+
+
+def test_an_index_of_refraction_from_what_it_reflects():
+    np.testing.assert_allclose(ior_of(np.array([0, 0.04, ((2.4 - 1) / (2.4 + 1)) ** 2])), [1, 1.5, 2.4])
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.5, 2.0])
+def test_the_sun_through_a_pane_of_two_surfaces(slope):
+    way = np.array((slope, 0, 1)) / np.hypot(slope, 1)
+    pane = [90 * SQUARE + (0, 0, 1.1), 90 * SQUARE[::-1] + (0, 0, 1)]
+    left = 1 - reflected_share(way[2:], np.array([GLASS]))[0]
+    assert light_under(pane, SunLamp("sun", np.ones(3), way)) == pytest.approx(left**2, rel=1e-6)
+
+
+def test_the_sky_through_the_surface_of_glass():
+    sky = SkyLamp("sky", np.ones((1, 1, 3)))
+    facing = light_under([900 * SQUARE[::-1] + UP], sky)
+    assert facing == pytest.approx(1 - OF_DIFFUSE, abs=0.005)
+    # Out of glass, light that comes too flat is reflected wholly.
+    assert light_under([900 * SQUARE + UP], sky) == pytest.approx(1 - OF_DIFFUSE_WITHIN, abs=0.01)
+
+
+@pytest.mark.parametrize("method", ["hierarchical", "gathering", "shooting"])
+@pytest.mark.parametrize("tint", [(0.5, 0.5, 0.5), (0.9, 0.5, 0.1)])
+def test_light_of_surfaces_is_dimmed_by_what_it_goes_through(light, tint, method):
+    floor, pane, lamp = SQUARE, 9 * SQUARE + 0.4 * UP, SQUARE[::-1] + UP
+
+    def floor_light(color):
+        clear = [True, False, True]
+        scene = Scene.from_polygons(
+            [floor, pane, lamp],
+            reflectance=[[0.5] * 3, [0] * 3, [0] * 3],
+            emission=[[0] * 3, [0] * 3, [1] * 3],
+            tint=[[1] * 3, color, [1] * 3],
+            occludes=clear,
+            shades=clear,
+        )
+        return light(scene, method, subdivide=4).corner_radiance[:4]
+
+    np.testing.assert_allclose(floor_light(tint), 0.5 * floor_light((1, 1, 1)), rtol=1e-3)
