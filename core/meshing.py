@@ -5,7 +5,7 @@
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,11 @@ from .errors import RadiosityError
 from .grids import check_count, grid
 from .occlusion.sieve import unnoticed
 from .paint.paint import Paint
-from .scene import AUTO, BACK, BOTH, FRONT, Scene
+from .scene import AUTO, BACK, BOTH, FRONT, REFLECTANCE_LIMIT, Scene
 from .triangulation import pieces
+
+# No screen is less solid.
+_SOLID = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,8 @@ class Patches:
         front of the face unless only the back radiates. Sorted by corner; every corner of a live face has one.
     paint : Paint or None
         How the faces vary inside, see `Scene`.
+    solid : ndarray of shape (p,)
+        Share of what the corners enclose that `area` counts, and that reflects: less than 1 for screens.
     """
 
     corners: FloatArray
@@ -63,6 +68,7 @@ class Patches:
     opposite: IntArray
     touch_corner: IntArray
     touch_patch: IntArray
+    solid: FloatArray
     paint: Paint | None = None
 
     def surface(self, corners: FloatArray, patch: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -82,8 +88,34 @@ class Patches:
         reflectance, emission = self.reflectance[patch], self.emission[patch]
         if self.paint is not None:
             pieces = np.flatnonzero(np.bincount(patch, minlength=len(self.area))[patch] > 1)
+            reflectance *= self.solid[patch, None]
             _paint(self.paint, pieces, corners, self.face[patch], reflectance, emission)
+            reflectance /= self.solid[patch, None]
         return reflectance, emission
+
+    def screens(self, solid: FloatArray) -> "Patches":
+        """Return patches that are seen through as screens: holes, and between them what scatters all the light.
+
+        Parameters
+        ----------
+        solid : ndarray of shape (f,)
+            Share of each face that is solid; more where it scatters more.
+
+        Returns
+        -------
+        Patches
+            Reflectance and transmittance are those of what is solid. Whatever emits is left as it is.
+        """
+        scattered = (self.reflectance + self.transmittance).max(axis=1, initial=0.0) / REFLECTANCE_LIMIT
+        share = np.clip(np.maximum(solid[self.face], scattered), _SOLID, 1.0)
+        share[self.emission.any(axis=1)] = 1.0
+        return replace(
+            self,
+            area=share * self.area,
+            reflectance=self.reflectance / share[:, None],
+            transmittance=self.transmittance / share[:, None],
+            solid=share,
+        )
 
 
 def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> Patches:
@@ -162,6 +194,7 @@ def _arranged(scene: Scene, fronts: Cut) -> Patches:
         opposite=opposite,
         touch_corner=touch_corner[order],
         touch_patch=touch_patch[order],
+        solid=np.ones(len(source)),
         paint=scene.paint,
     )
 

@@ -87,7 +87,9 @@ def panes_of(occluders: Occluders) -> Panes | None:
     return occluders.panes if isinstance(occluders, SurfaceOccluders) else None
 
 
-def dimmed(origins: FloatArray, targets: FloatArray, clear: BoolArray, occluders: Occluders) -> FloatArray:
+def dimmed(
+    origins: FloatArray, targets: FloatArray, clear: BoolArray, occluders: Occluders
+) -> tuple[FloatArray, FloatArray]:
     """Return how much panes, whatever their color, let through of light that has no colors of its own.
 
     Parameters
@@ -100,15 +102,16 @@ def dimmed(origins: FloatArray, targets: FloatArray, clear: BoolArray, occluders
 
     Returns
     -------
-    ndarray of shape (m,)
-        1 where something blocks.
+    share, left : ndarray of shape (m,)
+        That, and what is left of the place that it comes from, see `Panes.through`; 1 where something blocks.
     """
-    share = np.ones(len(clear))
+    share, left = np.ones(len(clear)), np.ones(len(clear))
     panes = panes_of(occluders)
     if panes is not None:
         some = np.flatnonzero(clear)
-        share[some] = panes.tint(origins[some], targets[some]).mean(axis=1)
-    return share
+        tint, left[some] = panes.through(origins[some], targets[some])
+        share[some] = tint.mean(axis=1)
+    return share, left
 
 
 class SurfaceOccluders:

@@ -108,7 +108,7 @@ def _share_by_rays(
         total[rows, columns] += weight
         start, end = x.points[i[rows], a], x.points[j[columns], b]
         clear = ~occluders.blocked(start, end)
-        seen[rows, columns] += weight * clear * dimmed(start, end, clear, occluders)
+        seen[rows, columns] += weight * clear * dimmed(start, end, clear, occluders)[0]
         segments += len(rows)
     share = seen / np.where(total > 0.0, total, 1.0)
     rows, columns = np.nonzero(close & (total == 0.0))

@@ -48,11 +48,13 @@ class Elements:
     centre, normal : ndarray of shape (n, 3)
         In the middle, or of what shows where something hangs right over an end [m]; unit length.
     area : ndarray of shape (n,)
-        [m^2].
+        Of what is solid [m^2].
     patch : ndarray of shape (n,)
         The patch that each is a piece of.
     reflectance, emission : ndarray of shape (n, 3)
         Means over the element: rho, and exitance E [W/m^2].
+    solid : ndarray of shape (n,)
+        Share of what the corners enclose that is solid: less than 1 for screens.
     """
 
     corners: Float
@@ -62,6 +64,7 @@ class Elements:
     patch: Int
     reflectance: Float
     emission: Float
+    solid: Float
 
     def pick(self, index: Int) -> "Elements":
         """Return some of the elements."""
@@ -189,4 +192,7 @@ def _measured(corners: Float, patch: Int, patches: Patches, occluders: Occluders
     normal, area = flat_measures(corners)
     whole = np.bincount(patch, minlength=len(patches.area))[patch] == 1
     area[whole], normal[whole] = patches.area[patch[whole]], patches.normal[patch[whole]]
-    return Elements(corners, shown_middles(corners, occluders), normal, area, patch, *patches.surface(corners, patch))
+    solid = patches.solid[patch]
+    area[~whole] *= solid[~whole]
+    surface = patches.surface(corners, patch)
+    return Elements(corners, shown_middles(corners, occluders), normal, area, patch, *surface, solid)

@@ -80,9 +80,11 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     weight *= lots
     shining = np.flatnonzero(weight > 0)
     who = (receiver[shining], node[shining], weight[shining], lots[shining], wanted[shining])
-    weight[shining], large, seen = _through(receivers, *who, scenery, detail)
-    weight *= _halved(weight, receiver, sources.wide[node])
-    sums = _sums(receivers, groups, receiver, weight, scenery.brightness[node] > BRIGHT)
+    filled = np.zeros_like(weight)
+    weight[shining], filled[shining], large, seen = _through(receivers, *who, scenery, detail)
+    halved = _halved(filled, receiver, sources.wide[node])
+    weight *= halved
+    sums = _sums(receivers, groups, receiver, (filled * halved).astype(np.float32), scenery.brightness[node] > BRIGHT)
     # On a curved surface most of what is close by is behind the horizon of all.
     kept = np.bincount(pair[weight > 0], minlength=len(count)) > 0
     much = weight[shining[large]] > _MUCH
@@ -102,13 +104,13 @@ def _through(
     wanted: Single,
     scenery: Scenery,
     detail: Detail,
-) -> tuple[Single, Int, Sighting]:
+) -> tuple[Single, Single, Int, Sighting]:
     """Ask by rays what gets through from nodes to receivers, pair by pair.
 
     Returns
     -------
-    weight : ndarray of shape (k,)
-        What is left of it.
+    weight, filled : ndarray of shape (k,)
+        What is left of it, and the share of the receivers' view that the nodes fill.
     large : ndarray of shape (l,)
         Pairs of which it was asked where on the node the light comes from.
     seen : Sighting
@@ -122,8 +124,13 @@ def _through(
     seen = visible_share(
         receivers.point, receivers.normal, receiver, node, rays, large, scenery.targets, scenery.occluders
     )
-    told = np.minimum(lots * sources.area[node] * seen.brought / np.pi, _MOST_BROUGHT * weight)
-    return np.where(sources.wide[node], told, weight * seen.share), large, seen
+    wide = sources.wide[node]
+
+    def told(share: Float, brought: Float) -> Single:
+        by_rays = np.minimum(lots * sources.area[node] * brought / np.pi, _MOST_BROUGHT * weight)
+        return np.where(wide, by_rays, weight * share)
+
+    return told(seen.share, seen.brought), told(seen.filled, seen.filling), large, seen
 
 
 def _halved(weight: Single, receiver: Int, wide: NDArray[np.bool_]) -> Float:
@@ -182,5 +189,6 @@ def _form_factors(receivers: Receivers, receiver: Int, links: Links, pair: Int, 
     factors[far] = far_form_factors(point, normal, sources, links.node[pair[far]])
     close = np.flatnonzero(near)
     point, normal = picked(receivers.point, receiver[close]), picked(receivers.normal, receiver[close])
-    factors[close] = near_form_factors(point, normal, scenery.targets.polygons(links.node[pair[close]]))
+    node = links.node[pair[close]]
+    factors[close] = near_form_factors(point, normal, scenery.targets.polygons(node)) * sources.solid[node]
     return factors

@@ -34,6 +34,8 @@ class Sighting:
     brought : ndarray of shape (k,)
         What a sample brings on the mean, cosines over squared distance, or nothing where it is hidden or faces away
         [1/m^2]: the integral itself, for nodes whose parts shine into too many directions for any kernel.
+    filled, filling : ndarray of shape (k,)
+        The same as if panes kept nothing back, but for the place that they fill themselves.
     middle : ndarray of shape (m, 3)
         Where the light that gets through comes from on the mean, of those pairs for which that was asked [m].
     cast : int
@@ -42,6 +44,8 @@ class Sighting:
 
     share: Float
     brought: Float
+    filled: Float
+    filling: Float
     middle: Float
     cast: int
 
@@ -84,8 +88,9 @@ def visible_share(
         cast += further
     tried = first.copy()
     tried[mixed] += rest
-    middle = (sums[3:, large] / np.where(sums[0, large] > 0, sums[0, large], 1)).T
-    return Sighting(sums[0] / np.where(sums[1] > 0, sums[1], 1), sums[0] / tried, middle, cast)
+    middle = (sums[4:, large] / np.where(sums[0, large] > 0, sums[0, large], 1)).T
+    whole = np.where(sums[1] > 0, sums[1], 1)
+    return Sighting(sums[0] / whole, sums[0] / tried, sums[3] / whole, sums[3] / tried, middle, cast)
 
 
 def _sampled(
@@ -103,9 +108,9 @@ def _sampled(
 
     Returns
     -------
-    sums : ndarray of shape (6, k)
-        Light of the samples as it gets through, of all, of those that nothing blocks, and, for large pairs, the first
-        times where they are.
+    sums : ndarray of shape (7, k)
+        Light of the samples as it gets through, of all, of those that nothing blocks, the same but for what panes fill
+        themselves, and, for large pairs, the first times where they are.
     cast : int
     """
     pair, turn = counted(rays, done)
@@ -121,13 +126,14 @@ def _sampled(
     clear = np.zeros(len(pair), bool)
     clear[asked] = ~occluders.blocked(picked(origin, asked), picked(target, asked))
     unblocked = light * clear
-    through = unblocked * dimmed(origin, target, clear, occluders)
-    sums = np.zeros((6, len(node)))
-    sums[:3] = [np.bincount(pair, part, len(node)) for part in (through, light, unblocked)]
+    share, left = dimmed(origin, target, clear, occluders)
+    through = unblocked * share
+    sums = np.zeros((7, len(node)))
+    sums[:4] = [np.bincount(pair, part, len(node)) for part in (through, light, unblocked, unblocked * left)]
     wanted = np.zeros(len(node), bool)
     wanted[large] = True
     here = np.flatnonzero(wanted[pair])
-    sums[3:] = [np.bincount(pair[here], through[here] * axis, len(node)) for axis in target[here].T]
+    sums[4:] = [np.bincount(pair[here], through[here] * axis, len(node)) for axis in target[here].T]
     return sums, len(asked)
 
 

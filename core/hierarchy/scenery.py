@@ -75,7 +75,8 @@ def build_scenery(
     shade = np.clip(np.log2(np.maximum(told, 2.0**_DARKEST)), _DARKEST, _BRIGHTEST)
     # Next to nothing is what a rough solution leaves in rooms that no light reaches: those stay for themselves.
     shade[told < _UNLIT] = 2 * _DARKEST
-    sources = build_sources(elements.corners, elements.centre, elements.normal, elements.area, shade, workers)
+    measures = elements.corners, elements.centre, elements.normal, elements.area
+    sources = build_sources(*measures, shade, workers, elements.solid)
     return _scenery(sources, elements, bright, occluders)
 
 

@@ -69,6 +69,8 @@ class Sources:
         The most area that an observer can see of the node [m^2].
     normals : ndarray of shape (n, 3)
         Of the elements, unit length.
+    solid : ndarray of shape (m,)
+        Share of what the elements enclose that is their area: less than 1 for screens.
     """
 
     tree: Tree
@@ -88,6 +90,7 @@ class Sources:
     vector: Float
     facing: Float
     normals: Float
+    solid: Float
 
 
 def build_sources(
@@ -97,6 +100,7 @@ def build_sources(
     area: Float,
     shade: Float | None = None,
     workers: Executor | None = None,
+    solid: Float | None = None,
 ) -> Sources:
     """Cluster patches into a hierarchy of sources.
 
@@ -112,6 +116,8 @@ def build_sources(
         Binary logarithm of how bright each is, see `build_tree`.
     workers : concurrent.futures.Executor, optional
         See `build_tree`.
+    solid : ndarray of shape (n,), optional
+        Share of what each encloses that is its area, 1 if not given.
 
     Returns
     -------
@@ -161,7 +167,17 @@ def build_sources(
         vector=np.asfortranarray(vectors),
         facing=np.where(wide, most, facing),
         normals=np.asfortranarray(normal),
+        solid=_solid(tree, area, solid),
     )
+
+
+def _solid(tree: Tree, area: Float, solid: Float | None) -> Float:
+    """Return the share of what the elements of each node enclose that is their area."""
+    if solid is None or (solid == 1.0).all():
+        return np.ones(len(tree.child))
+    filled, enclosed = tree.sums(np.column_stack((area, area / solid))).T
+    share: Float = np.divide(filled, enclosed, out=np.ones(len(filled)), where=enclosed > 0)
+    return share.clip(0.0, 1.0)
 
 
 def shown_area(sources: Sources, node: Int, way: Float) -> Float:

@@ -130,6 +130,7 @@ def _samples(corners: Corners, lit: Lit, quality: Quality, workers: Executor) ->
         patch=np.zeros(len(point), np.int64),
         reflectance=none,
         emission=none,
+        solid=np.ones(len(point)),
     )
     occluders = SharedOut(lit.scenery.occluders, workers)
     around = find_neighbourhoods(places, occluders, lit.sides, workers)

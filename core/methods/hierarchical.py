@@ -28,7 +28,7 @@ from ..scene import Scene
 from ..settings import Settings
 from ..shading import smooth_groups
 from ..translucence import LightBehind, behind
-from ..visibility import Surroundings
+from ..visibility import Surroundings, panes_of
 from .clock import Clock
 from .solved import Solved
 
@@ -66,6 +66,8 @@ def hierarchical(
         When it would not fit into memory.
     """
     refuse_too_many(len(patches.area))
+    panes = panes_of(occluders)
+    patches = patches if panes is None else patches.screens(panes.solid)
     quality, clock = QUALITIES[settings.quality], Clock()
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))

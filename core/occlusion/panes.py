@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
+from .sieve import unnoticed
 from .single_rays import single_rays
 from .streams import StreamOccluders
 from .surfaces import separate_polygons
@@ -34,10 +35,17 @@ class Panes:
     scene : Scene
     chosen : ndarray of shape (f,)
         The faces.
+
+    Attributes
+    ----------
+    solid : ndarray of shape (f,)
+        Share of each face of the scene that scatters light, as a screen of the same color does that has holes.
     """
 
     def __init__(self, scene: Scene, chosen: BoolArray) -> None:
         self._tint, self._ior, self._normal = scene.tint, scene.ior, scene.face_normal
+        # What is noticed is there itself, where light does not go through.
+        self.solid = np.where(chosen & ~unnoticed(scene), 1.0 - scene.tint.mean(axis=1), 1.0)
         panes = separate_polygons(scene, chosen)
         self._tree, self._stream = single_rays(panes), StreamOccluders(panes)
 
@@ -54,15 +62,31 @@ class Panes:
         ndarray of shape (m, 3)
             The product of all panes in between.
         """
-        tint = np.ones((len(origins), 3))
+        return self.through(origins, targets)[0]
+
+    def through(self, origins: FloatArray, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what light is multiplied with on segments, and what is left of the place that it comes from.
+
+        Parameters
+        ----------
+        origins, targets
+            See `tint`.
+
+        Returns
+        -------
+        tint : ndarray of shape (m, 3)
+        left : ndarray of shape (m,)
+            Share of the view that screens in between do not fill themselves.
+        """
+        tint, left = np.ones((len(origins), 3)), np.ones(len(origins))
         crossing = np.flatnonzero(self._stream.blocked(origins, targets))
         if len(crossing):
-            tint[crossing] = self._gathered(origins[crossing], targets[crossing])
-        return tint
+            tint[crossing], left[crossing] = self._gathered(origins[crossing], targets[crossing])
+        return tint, left
 
-    def _gathered(self, origins: FloatArray, targets: FloatArray) -> FloatArray:
+    def _gathered(self, origins: FloatArray, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the same of segments that go through panes, from one to the next."""
-        tint = np.ones((len(origins), 3))
+        tint, open_share = np.ones((len(origins), 3)), np.ones(len(origins))
         way = targets - origins
         length = np.linalg.norm(way, axis=1)
         way /= np.maximum(length, 1e-300)[:, None]
@@ -84,7 +108,8 @@ class Panes:
             ior = np.where(out, 1.0 / self._ior[face], self._ior[face])
             cosine = np.abs((self._normal[face] * way[left]).sum(axis=1))
             tint[left] *= self._tint[face] * (1.0 - reflected_share(cosine, ior))[:, None]
-        return tint
+            open_share[left] *= np.where(self.solid[face] < 1.0, 1.0 - self.solid[face], 1.0)
+        return tint, open_share
 
 
 def reflected_share(cosine: FloatArray, ior: FloatArray) -> FloatArray:

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which faces block where materials let a part of the light through: a face blocks wholly or not at all."""
+"""Which faces block where materials let a part of the light through.
+
+All light is dimmed by what does not block, but who that is costs time to find: where there are very many such faces, as
+of leaves, each of them blocks wholly or not at all.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +17,17 @@ from ..sequences import GOLDEN
 if TYPE_CHECKING:
     from ..scene import Scene
 
-# Shares of light between which the faces of a surface take turns; below all of them block, above none does.
+# What lets less light through blocks.
+_DENSE = 0.05
+# Shares of light between which very many faces take turns; below all of them block, above none does.
 TURNS = (0.2, 0.8)
-# Fewer faces than this do not take turns: half of a window is no sieve.
-_ENOUGH = 64
+_MANY = 20_000
 # Reflectance of what lets light through that is not worth following.
 _FAINT = 0.1
 
 
 def blocking(passed: FloatArray) -> BoolArray:
-    """Choose the faces that block, so that of many faces as large a share does as of the light.
+    """Choose the faces that block, of very many as large a share as of the light.
 
     Parameters
     ----------
@@ -33,11 +38,12 @@ def blocking(passed: FloatArray) -> BoolArray:
     -------
     ndarray of shape (f,)
     """
-    blocks = passed < 0.5
     partly = np.flatnonzero((passed > TURNS[0]) & (passed < TURNS[1]))
-    if len(partly) >= _ENOUGH:
-        # Every stretch of faces is filled evenly.
-        blocks[partly] = passed[partly] <= (GOLDEN * np.arange(len(partly))) % 1.0
+    if len(partly) < _MANY:
+        return passed < _DENSE
+    blocks = passed < 0.5
+    # Every stretch of faces is filled evenly.
+    blocks[partly] = passed[partly] <= (GOLDEN * np.arange(len(partly))) % 1.0
     return blocks
 
 
@@ -58,7 +64,7 @@ def tints(passed: FloatArray, blocks: BoolArray) -> FloatArray:
     """
     mean = passed.mean(axis=1)
     partly = (mean > TURNS[0]) & (mean < TURNS[1])
-    lost = np.where(partly & (np.count_nonzero(partly) >= _ENOUGH), np.maximum(mean, 1e-9), 1.0)
+    lost = np.where(partly & (np.count_nonzero(partly) >= _MANY), np.maximum(mean, 1e-9), 1.0)
     return np.where(blocks[:, None], 1.0, passed / lost[:, None])
 
 

@@ -31,10 +31,8 @@ def square():
     scene = Scene.from_polygons(faces, 0.5)
     point = np.unique(scene.vertices, axis=0)
     which = (scene.vertices[scene.corner_vertex] @ (SIDE + 1, 1, 0)).astype(int)
-    none = np.zeros((len(point), 3))
-    elements = Elements(
-        np.repeat(point[:, None], 4, axis=1), point, none + (0, 0, 1), np.ones(len(point)), which * 0, none, none
-    )
+    none, one, corners = np.zeros((len(point), 3)), np.ones(len(point)), np.repeat(point[:, None], 4, axis=1)
+    elements = Elements(corners, point, none + (0, 0, 1), one, which * 0, none, none, one)
     return point, mesh_edges(scene, which), choose_samples(elements, NOTHING, 100)
 
 

@@ -40,7 +40,7 @@ def test_lots_keep_the_light_of_clutter(monkeypatch):
     corners = 4 * middle + 0.5 * (corners - middle)
     centre, normal, area = measured(corners)
     one = np.ones((len(area), 3))
-    elements = Elements(corners, centre, normal, area, np.arange(len(area)), one, one)
+    elements = Elements(corners, centre, normal, area, np.arange(len(area)), one, one, one[:, 0])
     scene = Scene.from_polygons([[*map(tuple, polygon)] for polygon in corners[:, :3]], 0.5, 1.0)
     occluders = scene_occluders(scene, mesh(scene))
     scenery = build_scenery(elements, one, 1.0, occluders)

@@ -81,7 +81,7 @@ def test_how_far_off_the_other_wall_is_seen(walls):
     none = np.zeros((2, 3))
     normal = np.array([(0, 1, 0), (1, 0, 0)], float)
     both = np.stack((wall, SQUARE[:, [2, 0, 1]]))
-    elements = Elements(both, both.mean(axis=1), normal, np.ones(2), np.arange(2), none, none)
+    elements = Elements(both, both.mean(axis=1), normal, np.ones(2), np.arange(2), none, none, np.ones(2))
     which = np.arange(walls)
     sights = Sights(np.zeros(walls, np.int64), which, np.full(walls, 0.4), np.zeros((walls, 3)))
     found = towards_middle(sights, 1 + which, np.array([floor / meetings._NEARER] * 3), elements)

@@ -20,7 +20,8 @@ LINE = (np.arange(9), np.arange(1, 10))
 def places(point, normal):
     none = np.zeros((len(point), 3))
     corners = np.repeat(point[:, None], 4, axis=1)
-    return Elements(corners, point, normal, np.ones(len(point)), np.zeros(len(point), int), none, none)
+    one = np.ones(len(point))
+    return Elements(corners, point, normal, one, np.zeros(len(point), int), none, none, one)
 
 
 def only_within(share):
