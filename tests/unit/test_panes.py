@@ -7,7 +7,7 @@ import pytest
 from core.lighting.lamps import SkyLamp, SunLamp, lamp_irradiance, scene_reach
 from core.meshing import mesh
 from core.occlusion.panes import ior_of, reflected_share
-from core.scene import Scene
+from core.scene import BOTH, FRONT, Scene
 from core.visibility import scene_occluders
 from tests.unit.lamps import SQUARE, UP
 
@@ -81,3 +81,27 @@ def test_light_of_surfaces_is_dimmed_by_what_it_goes_through(light, tint, method
         return light(scene, method, subdivide=4).corner_radiance[:4]
 
     np.testing.assert_allclose(floor_light(tint), 0.5 * floor_light((1, 1, 1)), rtol=1e-3)
+
+
+@pytest.mark.parametrize("faces", [1, 16])
+def test_a_white_screen_that_is_half_clear_keeps_a_furnace_even(light, box, faces):
+    """It scatters half of the light and lets the other half through, so that nobody can tell that it is there."""
+    size, cells = 3.0 / faces**0.5, range(int(faces**0.5))
+    square = 0.5 * size * (SQUARE + (1, 1, 0))
+    screen = [square + (0.5 + size * i, 0.5 + size * j, 1.5) for i in cells for j in cells]
+    walls = box((4, 4, 3), inward=True)
+    count = len(walls), faces
+    scene = Scene.from_polygons(
+        [*walls, *screen],
+        reflectance=0.5,
+        emission=np.repeat([1.0, 0.0], count)[:, None] * np.ones(3),
+        tint=np.repeat([1.0, 0.5], count)[:, None] * np.ones(3),
+        occludes=np.repeat([True, False], count),
+        shades=np.repeat([True, False], count),
+        sides=np.repeat([FRONT, BOTH], count),
+    )
+    found = light(scene, "hierarchical", quality="medium", subdivide=4)
+    radiance = np.pi * found.corner_radiance / np.repeat([2.0, 1.0], 4 * np.array(count))[:, None]
+    np.testing.assert_allclose(radiance, 1.0, rtol=0.02)
+    assert found.report.row_sum.mean == pytest.approx(1.0, abs=0.01)
+    assert abs(found.report.energy.escaped) < 0.02 * found.report.energy.emitted
