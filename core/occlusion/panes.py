@@ -12,18 +12,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
+from .crossings import Crossings, Hits
 from .sieve import unnoticed
-from .single_rays import single_rays
-from .streams import StreamOccluders
 from .surfaces import separate_polygons
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
-# Panes on one way, at most; tints and indices of refraction that are worth asking for.
-_DEEPEST = 16
-_CLEAR, _DENSE = 0.99, 1.01
-# Faces that are asked one ray after the other: leaves of many thousands are as good as clear.
+# Tints and indices of refraction that are worth asking for, and a share that is as good as nothing.
+_CLEAR, _DENSE, _NOTHING = 0.99, 1.01, 1e-30
+# Of very many such faces, as of leaves, no ray finds all: they are as good as clear.
 _MOST = 100_000
 
 
@@ -43,11 +41,10 @@ class Panes:
     """
 
     def __init__(self, scene: Scene, chosen: BoolArray) -> None:
-        self._tint, self._ior, self._normal = scene.tint, scene.ior, scene.face_normal
+        self._tint, self._ior = scene.tint, scene.ior
         # What is noticed is there itself, where light does not go through.
         self.solid = np.where(chosen & ~unnoticed(scene), 1.0 - scene.tint.mean(axis=1), 1.0)
-        panes = separate_polygons(scene, chosen)
-        self._tree, self._stream = single_rays(panes), StreamOccluders(panes)
+        self._crossings = Crossings(separate_polygons(scene, chosen))
 
     def tint(self, origins: FloatArray, targets: FloatArray) -> FloatArray:
         """Return what light is multiplied with on segments.
@@ -78,38 +75,30 @@ class Panes:
         left : ndarray of shape (m,)
             Share of the view that screens in between do not fill themselves.
         """
-        tint, left = np.ones((len(origins), 3)), np.ones(len(origins))
-        crossing = np.flatnonzero(self._stream.blocked(origins, targets))
-        if len(crossing):
-            tint[crossing], left[crossing] = self._gathered(origins[crossing], targets[crossing])
-        return tint, left
+        hits = self._crossings.along(origins, targets)
+        # Leaving what was entered before reflects as much as entering it does; leaving what was not, at an open sheet
+        # or from within, is as steep a step out of glass as Blender makes of it.
+        ior = np.where(_leaving(hits), 1.0 / self._ior[hits.face], self._ior[hits.face])
+        passed = self._tint[hits.face] * (1.0 - reflected_share(hits.cosine, ior))[:, None]
+        solid = self.solid[hits.face]
+        passed = np.column_stack((passed, np.where(solid < 1.0, 1.0 - solid, 1.0)))
+        logs = np.log(np.maximum(passed, _NOTHING))
+        product = np.exp([np.bincount(hits.segment, column, len(origins)) for column in logs.T]).T
+        return product[:, :3], product[:, 3]
 
-    def _gathered(self, origins: FloatArray, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the same of segments that go through panes, from one to the next."""
-        tint, open_share = np.ones((len(origins), 3)), np.ones(len(origins))
-        way = targets - origins
-        length = np.linalg.norm(way, axis=1)
-        way /= np.maximum(length, 1e-300)[:, None]
-        gone, left = np.zeros(len(origins)), np.flatnonzero(length > 0.0)
-        # In how many things of glass the way is.
-        inside = np.zeros(len(origins), dtype=np.int64)
-        for _ in range(_DEEPEST):
-            if not len(left):
-                break
-            # Where a ray starts in the plane of a pane, that one is behind it.
-            face, distance, front = self._tree.nearest(origins[left] + gone[left, None] * way[left], way[left])
-            met = gone[left] + distance < length[left]
-            left, face, front = left[met], face[met], front[met]
-            gone[left] += distance[met]
-            # Leaving what was entered before mirrors as much as entering it does; leaving what was not, at an open
-            # sheet or from within, is as steep a step out of glass as Blender makes of it.
-            out = ~front & (inside[left] == 0)
-            inside[left] += np.where(front, 1, np.where(out, 0, -1))
-            ior = np.where(out, 1.0 / self._ior[face], self._ior[face])
-            cosine = np.abs((self._normal[face] * way[left]).sum(axis=1))
-            tint[left] *= self._tint[face] * (1.0 - reflected_share(cosine, ior))[:, None]
-            open_share[left] *= np.where(self.solid[face] < 1.0, 1.0 - self.solid[face], 1.0)
-        return tint, open_share
+
+def _leaving(hits: Hits) -> BoolArray:
+    """Return where segments leave something that they did not enter before."""
+    if not len(hits.segment):
+        return np.zeros(0, dtype=bool)
+    step, first = np.where(hits.front, 1, -1), np.append(True, np.diff(hits.segment) > 0)
+    total = np.cumsum(step)
+    start = np.maximum.accumulate(np.where(first, np.arange(len(step)), 0))
+    # In how many things of glass the way is; on each segment lower than on any before, so that one sweep does for all.
+    ground = -2 * len(step) * np.cumsum(first)
+    inside = ground + total - (total - step)[start]
+    lowest = np.append(0, np.minimum.accumulate(inside)[:-1])
+    return np.asarray(~hits.front & (inside < np.minimum(lowest, ground)))
 
 
 def reflected_share(cosine: FloatArray, ior: FloatArray) -> FloatArray:

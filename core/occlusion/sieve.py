@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _DENSE = 0.05
 # Shares of light between which very many faces take turns; below all of them block, above none does.
 TURNS = (0.2, 0.8)
-_MANY = 20_000
+_MANY = 512
 # Reflectance of what lets light through that is not worth following.
 _FAINT = 0.1
 

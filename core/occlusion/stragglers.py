@@ -90,7 +90,12 @@ class Stragglers:
         count = self._tree.boxes.stop[node] - start
         who = np.repeat(index, count)
         which = np.arange(len(who)) + np.repeat(start - np.cumsum(count) + count, count)
-        self.blocked[who[_hit(self._tree.polygons, which, self.segments, who)]] = True
+        hit = _hit(self._tree.polygons, which, self.segments, who)
+        self.mark(who[hit], which[hit])
+
+    def mark(self, segment: IntArray, polygon: IntArray) -> None:
+        """Mark segments that are blocked by polygons."""
+        self.blocked[segment] = True
 
 
 def _last(index: list[IntArray], node: list[IntArray]) -> tuple[IntArray, IntArray]:

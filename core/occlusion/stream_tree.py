@@ -57,11 +57,14 @@ class Polygons:
         First functions of all, then second ones, and so on; a parallelogram has only three.
     margin : ndarray of shape (n,)
     parallelogram : ndarray of shape (n,)
+    first : ndarray of shape (n,)
+        The triangle that each is, or begins with.
     """
 
     rows: SingleArray
     margin: SingleArray
     parallelogram: BoolArray
+    first: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +156,8 @@ def planted(corners: FloatArray, margin: FloatArray) -> Tree | None:
     rows: SingleArray = np.ascontiguousarray(_edges(half, len(first))[boxes.order].transpose(1, 0, 2)).astype(
         np.float32
     )
-    return Tree(boxes, Polygons(rows, levels[boxes.order], boxes.order < len(first)))
+    triangle = np.concatenate([first, np.flatnonzero(lone)])[boxes.order]
+    return Tree(boxes, Polygons(rows, levels[boxes.order], boxes.order < len(first), triangle))
 
 
 def _pairs(corners: FloatArray) -> IntArray:

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
+from .core_part import CorePart
 from .stragglers import Stragglers
 from .stream_tree import Leaf, Node, Tree, planted
 from .surfaces import MARGIN, Occluding, never_block
@@ -69,7 +70,7 @@ class StreamOccluders:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             for first in range(0, len(origins), STREAM):
                 part = slice(first, first + STREAM)
-                segments = self._segments(origins[part], targets[part])
+                segments = segment_rows(self._core, origins[part], targets[part])
                 for tree, chosen in ((self._inner, np.arange(segments.shape[1])), (self._outer, None)):
                     if tree is not None:
                         _cross(tree, segments, self._leaving(segments) if chosen is None else chosen, result[part])
@@ -83,16 +84,17 @@ class StreamOccluders:
             behind.append((height > 0.5 * MARGIN).any(axis=1).reshape(-1))
         return np.flatnonzero(np.concatenate(behind))
 
-    def _segments(self, origins: FloatArray, targets: FloatArray) -> SingleArray:
-        """Return middles with a 1, half vectors, their inverses, and middles times inverses, shape (13, m)."""
-        a, b = self._core.local(origins), self._core.local(targets)
-        segments = np.ones((13, len(a)), dtype=np.float32)
-        segments[:3] = (0.5 * (a + b)).T
-        segments[4:7] = (0.5 * (b - a)).T
-        half = segments[4:7]
-        np.divide(1.0, np.where(np.abs(half) < _PARALLEL, np.float32(_PARALLEL), half), out=segments[7:10])
-        np.multiply(segments[:3], segments[7:10], out=segments[10:])
-        return segments
+
+def segment_rows(core: CorePart, origins: FloatArray, targets: FloatArray) -> SingleArray:
+    """Return middles with a 1, half vectors, their inverses, and middles times inverses, shape (13, m)."""
+    a, b = core.local(origins), core.local(targets)
+    segments = np.ones((13, len(a)), dtype=np.float32)
+    segments[:3] = (0.5 * (a + b)).T
+    segments[4:7] = (0.5 * (b - a)).T
+    half = segments[4:7]
+    np.divide(1.0, np.where(np.abs(half) < _PARALLEL, np.float32(_PARALLEL), half), out=segments[7:10])
+    np.multiply(segments[:3], segments[7:10], out=segments[10:])
+    return segments
 
 
 def _cross(tree: Tree, segments: SingleArray, chosen: IntArray, blocked: BoolArray) -> None:
