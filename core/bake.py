@@ -153,8 +153,8 @@ def _report(
     # The matrix has its own line, above.
     if settings.method == "hierarchical" and solution.converged and surplus > SURPLUS_LIMIT:
         warnings.append(
-            f"Surfaces receive {surplus:.0%} more light than is sent: faces lie in one plane with others, are large "
-            "and half clear, or gaps before what emits are narrow for the size of patches; part or subdivide such faces"
+            f"Surfaces receive {surplus:.0%} more light than is sent: faces lie in one plane with others, or "
+            "gaps before what emits are narrow for the size of patches; part or subdivide such faces"
         )
     return Report(
         scene=scene_counts(scene),

@@ -167,7 +167,8 @@ def _read(material: bpy.types.Material | None, network: Network) -> Surface:
 
 
 def _clean(values: Array) -> Array:
-    """Return values that light can have."""
+    """Return values that light can have, three where they are grey."""
+    values = np.broadcast_to(values, np.broadcast_shapes(values.shape, (3,)))
     # What single precision cannot multiply any more would end as infinite in paint.
     return np.nan_to_num(values, posinf=0.0, neginf=0.0).clip(0.0, BRIGHTEST / np.pi)
 

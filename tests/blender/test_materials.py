@@ -78,6 +78,7 @@ def test_metal_glass_and_transparency_scatter_less(read):
         Metallic=0.5,
         Transmission_Weight=0.25,
         Alpha=0.5,
+        IOR=1.5,
         Emission_Color=(1.0, 1.0, 1.0, 1.0),
         Emission_Strength=2.0,
     )
@@ -85,7 +86,9 @@ def test_metal_glass_and_transparency_scatter_less(read):
     expect(surface, 0.8 * 0.5 * 0.75 * 0.5, 1.0, warnings=2)
     assert all("'Layered'" in warning for warning in surface.warnings)
     # What alpha leaves out, and the glass of what is there.
-    np.testing.assert_allclose(surface.passed, 0.5 + 0.5 * 0.5 * 0.25 * np.sqrt(0.8), rtol=1e-6)
+    glass = 0.5 * 0.5 * 0.25 * np.sqrt(0.8)
+    np.testing.assert_allclose(surface.passed, 0.5 + glass, rtol=1e-6)
+    np.testing.assert_allclose(surface.specular, 0.04 * glass, rtol=1e-5)
 
 
 def test_add_shader_sums(read):
