@@ -5,7 +5,7 @@
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,8 @@ from .errors import RadiosityError
 from .grids import check_count, grid
 from .occlusion.sieve import unnoticed
 from .paint.paint import Paint
-from .scene import AUTO, BACK, BOTH, FRONT, REFLECTANCE_LIMIT, Scene
+from .scene import AUTO, BACK, BOTH, FRONT, Scene
 from .triangulation import pieces
-
-# No screen is less solid.
-_SOLID = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,30 +89,6 @@ class Patches:
             _paint(self.paint, pieces, corners, self.face[patch], reflectance, emission)
             reflectance /= self.solid[patch, None]
         return reflectance, emission
-
-    def screens(self, solid: FloatArray) -> "Patches":
-        """Return patches that are seen through as screens: holes, and between them what scatters all the light.
-
-        Parameters
-        ----------
-        solid : ndarray of shape (f,)
-            Share of each face that is solid; more where it scatters more.
-
-        Returns
-        -------
-        Patches
-            Reflectance and transmittance are those of what is solid. Whatever emits is left as it is.
-        """
-        scattered = (self.reflectance + self.transmittance).max(axis=1, initial=0.0) / REFLECTANCE_LIMIT
-        share = np.clip(np.maximum(solid[self.face], scattered), _SOLID, 1.0)
-        share[self.emission.any(axis=1)] = 1.0
-        return replace(
-            self,
-            area=share * self.area,
-            reflectance=self.reflectance / share[:, None],
-            transmittance=self.transmittance / share[:, None],
-            solid=share,
-        )
 
 
 def mesh(scene: Scene, *, max_edge: float | None = None, subdivide: int = 1) -> Patches:

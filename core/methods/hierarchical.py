@@ -25,6 +25,7 @@ from ..meshing import Patches
 from ..progress import Progress
 from ..report import Energy, energy_balance
 from ..scene import Scene
+from ..screens import screens
 from ..settings import Settings
 from ..shading import smooth_groups
 from ..translucence import LightBehind, behind
@@ -67,7 +68,7 @@ def hierarchical(
     """
     refuse_too_many(len(patches.area))
     panes = panes_of(occluders)
-    patches = patches if panes is None else patches.screens(panes.solid)
+    patches = patches if panes is None else screens(patches, panes.solid)
     quality, clock = QUALITIES[settings.quality], Clock()
     with ExitStack() as stack:
         workers = executor or stack.enter_context(ThreadPoolExecutor(os.cpu_count()))

@@ -78,7 +78,8 @@ class Panes:
         hits = self._crossings.along(origins, targets)
         # Leaving what was entered before reflects as much as entering it does; leaving what was not, at an open sheet
         # or from within, is as steep a step out of glass as Blender makes of it.
-        ior = np.where(_leaving(hits), 1.0 / self._ior[hits.face], self._ior[hits.face])
+        ior = self._ior[hits.face]
+        ior = np.where(_leaving(hits, ior > 1.0), 1.0 / ior, ior)
         passed = self._tint[hits.face] * (1.0 - reflected_share(hits.cosine, ior))[:, None]
         solid = self.solid[hits.face]
         passed = np.column_stack((passed, np.where(solid < 1.0, 1.0 - solid, 1.0)))
@@ -87,11 +88,11 @@ class Panes:
         return product[:, :3], product[:, 3]
 
 
-def _leaving(hits: Hits) -> BoolArray:
-    """Return where segments leave something that they did not enter before."""
+def _leaving(hits: Hits, glass: BoolArray) -> BoolArray:
+    """Return where segments leave something of glass that they did not enter before."""
     if not len(hits.segment):
         return np.zeros(0, dtype=bool)
-    step, first = np.where(hits.front, 1, -1), np.append(True, np.diff(hits.segment) > 0)
+    step, first = np.where(hits.front, 1, -1) * glass, np.append(True, np.diff(hits.segment) > 0)
     total = np.cumsum(step)
     start = np.maximum.accumulate(np.where(first, np.arange(len(step)), 0))
     # In how many things of glass the way is; on each segment lower than on any before, so that one sweep does for all.

@@ -6,7 +6,9 @@ import pytest
 
 from core.lighting.lamps import SkyLamp, SunLamp, lamp_irradiance, scene_reach
 from core.meshing import mesh
-from core.occlusion.panes import ior_of, reflected_share
+from core.occlusion.brute_force import BruteForceOccluders
+from core.occlusion.panes import Panes, ior_of, reflected_share
+from core.occlusion.surfaces import separate_polygons
 from core.scene import BOTH, FRONT, Scene
 from core.visibility import scene_occluders
 from tests.unit.lamps import SQUARE, UP
@@ -105,3 +107,35 @@ def test_a_white_screen_that_is_half_clear_keeps_a_furnace_even(light, box, face
     np.testing.assert_allclose(radiance, 1.0, rtol=0.02)
     assert found.report.row_sum.mean == pytest.approx(1.0, abs=0.01)
     assert abs(found.report.energy.escaped) < 0.02 * found.report.energy.emitted
+
+
+def panes(polygons, **fields):
+    """Return panes of polygons, and the scene that they are."""
+    clear = np.zeros(len(polygons), bool)
+    scene = Scene.from_polygons(polygons, occludes=clear, shades=clear, **fields)
+    return Panes(scene, ~clear), scene
+
+
+def test_segments_take_on_the_tint_of_each_pane_that_blocks_them_by_itself():
+    rng = np.random.default_rng(3)
+    across = rng.normal(size=(2, 40, 3))
+    quads = rng.random((40, 1, 3)) + 0.2 * np.stack([across[0], across[1], -across[0], -across[1]], axis=1)
+    tint = rng.uniform(0.2, 0.9, (40, 3))
+    many, scene = panes(list(quads), tint=tint)
+    origins, targets = rng.random((2, 500, 3))
+    expected = np.ones((500, 3))
+    for number in range(40):
+        one = BruteForceOccluders(separate_polygons(scene, np.arange(40) == number))
+        expected[one.blocked(origins, targets)] *= tint[number]
+    assert (expected[:, 0] < 0.1).any()
+    np.testing.assert_allclose(many.tint(origins, targets), expected, rtol=1e-9)
+
+
+def test_a_curtain_before_an_open_sheet_of_glass_is_no_glass_that_light_leaves():
+    start, end = np.zeros((1, 3)), np.array([(2.0, 0, 1)])
+    sheet, curtain = 90 * SQUARE + 0.8 * UP, 90 * SQUARE[::-1] + 0.2 * UP
+    flat, _ = panes([sheet], ior=[GLASS])
+    both, _ = panes([sheet, curtain], ior=[GLASS, 1.0], tint=[[1.0] * 3, [0.5] * 3])
+    into, _ = panes([sheet[::-1], curtain], ior=[GLASS, 1.0], tint=[[1.0] * 3, [0.5] * 3])
+    assert flat.tint(start, end).max() < 1e-9 and both.tint(start, end).max() < 1e-9
+    assert into.tint(start, end).min() > 0.4
