@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 from .stragglers import Stragglers
 from .stream_tree import Tree, planted
-from .streams import segment_rows
+from .streams import StreamOccluders, segment_rows
 from .surfaces import MARGIN, Occluding
 
 # Segments that are asked together: what waits for each other at the nodes of the tree.
@@ -47,6 +47,7 @@ class Crossings:
         self._core = surfaces.core
         self._tree = planted(self._core.local(surfaces.vertices)[surfaces.triangles], surfaces.margins)
         self._face = surfaces.triangle_face
+        self._stream = StreamOccluders(surfaces)
 
     def along(self, origins: FloatArray, targets: FloatArray) -> Hits:
         """Return what segments go through; a surface that an end lies on does not count.
@@ -60,9 +61,12 @@ class Crossings:
         -------
         Hits
         """
-        begin, end, owner = origins, targets, np.arange(len(origins))
+        # Most segments go through nothing, and a stream that only asks whether is several times as fast.
+        crossing = np.flatnonzero(self._stream.blocked(origins, targets))
+        begin, end, owner = origins[crossing], targets[crossing], np.arange(len(crossing))
         if not self._core.whole:
-            begin, end, owner = self._core.cut(origins, targets)
+            begin, end, owner = self._core.cut(begin, end)
+        owner = crossing[owner]
         parts: list[tuple[IntArray, IntArray, FloatArray, FloatArray]] = []
         for first in range(0, len(begin) if self._tree else 0, _TOGETHER):
             some = slice(first, first + _TOGETHER)
