@@ -101,6 +101,8 @@ class CorePart:
             The segment that each is a piece of.
         """
         everything = np.arange(len(origins))
+        if self.whole:
+            return origins, targets, everything
         half = _AROUND * self.size
         along = targets - origins
         outside = (np.maximum(np.abs(origins - self.centre), np.abs(targets - self.centre)) > half).any(axis=1)

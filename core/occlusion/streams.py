@@ -73,7 +73,7 @@ class StreamOccluders:
                 segments = segment_rows(self._core, origins[part], targets[part])
                 for tree, chosen in ((self._inner, np.arange(segments.shape[1])), (self._outer, None)):
                     if tree is not None:
-                        _cross(tree, segments, self._leaving(segments) if chosen is None else chosen, result[part])
+                        cross(tree, segments, self._leaving(segments) if chosen is None else chosen, result[part])
         return result
 
     def _leaving(self, segments: SingleArray) -> IntArray:
@@ -97,8 +97,18 @@ def segment_rows(core: CorePart, origins: FloatArray, targets: FloatArray) -> Si
     return segments
 
 
-def _cross(tree: Tree, segments: SingleArray, chosen: IntArray, blocked: BoolArray) -> None:
-    """Mark the chosen segments, of all (13, m), that a tree blocks."""
+def cross(tree: Tree, segments: SingleArray, chosen: IntArray, blocked: BoolArray) -> None:
+    """Mark the chosen segments that the polygons of a tree block.
+
+    Parameters
+    ----------
+    tree : Tree
+    segments : ndarray of shape (13, m)
+        See `segment_rows`.
+    chosen : ndarray of shape (k,)
+    blocked : ndarray of shape (m,)
+        What is blocked so far; more is marked here.
+    """
     stragglers = Stragglers(tree, segments, blocked)
     slabs = segments[SLABS:]
     _descend(tree, 0, slabs if len(chosen) == segments.shape[1] else slabs.take(chosen, axis=1), chosen, stragglers)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .network import Place, Unreadable, Varies, convert
+from .nodes.inputs import from_above
 
 if TYPE_CHECKING:
     from .network import Array, Node, Socket
@@ -120,7 +121,7 @@ def _principled(place: Place, node: Node) -> Shading:
     coat = place.value(node, "Coat Weight").clip(0.0, 1.0)
     # Seen from above, as much light passes the coat as its tint says, but for what its surface reflects.
     tint = 1.0 + coat * (place.value(node, "Coat Tint", 1.0) - 1.0) if coat.any() else 1.0
-    below = 1.0 - coat * _straight_down(place, node, "Coat IOR")
+    below = 1.0 - coat * from_above(place.value(node, "Coat IOR", 1.5))
     through = _through_thin_wall(place, node)
     reflected = _scaled(scattered * (1.0 - through), lambda: tint * place.value(node, "Base Color"))
     translucent = _scaled(scattered * through, lambda: tint * place.value(node, "Base Color"))
@@ -129,7 +130,7 @@ def _principled(place: Place, node: Node) -> Shading:
     glass = _scaled(clear, lambda: _glass_color(place, node))
     # A thin wall has no inside: its two surfaces are one.
     solid = glass * (1.0 - place.value(node, "Thin Wall").clip(0.0, 1.0))
-    specular = _scaled(solid, lambda: _straight_down(place, node))
+    specular = _scaled(solid, lambda: from_above(place.value(node, "IOR", 1.5)))
     return Shading(reflected, emitted, 1.0 - alpha + glass, translucent, specular)
 
 
@@ -175,13 +176,6 @@ def _translucent(place: Place, node: Node) -> Shading:
     return Shading(transmittance=place.value(node, "Color"))
 
 
-def _straight_down(place: Place, node: Node, name: str = "IOR") -> Array:
-    """Return the share that a surface of an index of refraction reflects of light that comes straight down."""
-    ior = place.value(node, name, 1.5)
-    share: Array = ((ior - 1.0) / np.maximum(ior + 1.0, 1e-6)) ** 2
-    return share
-
-
 def _clear(place: Place, node: Node) -> Shading:
     """Read what light passes, bent or not: it goes straight on."""
     place.network.note(_STRAIGHT)
@@ -190,7 +184,7 @@ def _clear(place: Place, node: Node) -> Shading:
 
 def _glass(place: Place, node: Node) -> Shading:
     clear = _clear(place, node)
-    return clear._replace(specular=clear.passed * _straight_down(place, node))
+    return clear._replace(specular=clear.passed * from_above(place.value(node, "IOR")))
 
 
 def _black(place: Place, node: Node) -> Shading:

@@ -118,16 +118,16 @@ def _light_falloff(place: Place, node: Node, output: Socket) -> Array:
 
 
 def _fresnel(place: Place, node: Node, _output: Socket) -> Array:
-    return _from_above(place.value(node, "IOR"))
+    return from_above(place.value(node, "IOR"))
 
 
 def _layer_weight(place: Place, node: Node, output: Socket) -> Array:
     if output.identifier == 'Facing':
         return np.zeros(1)
-    return _from_above(1.0 / np.maximum(1.0 - place.value(node, "Blend"), 1e-5))
+    return from_above(1.0 / np.maximum(1.0 - place.value(node, "Blend"), 1e-5))
 
 
-def _from_above(ior: Array) -> Array:
+def from_above(ior: Array) -> Array:
     """Return what a clear surface reflects of light that comes straight down."""
     eta = np.maximum(ior, 1e-5)
     return ((eta - 1.0) / (eta + 1.0)) ** 2
