@@ -32,7 +32,7 @@ from .outputs import check_output, replacing
 from .picture import render_picture
 from .quiet import quiet
 from .text_import import build_objects
-from .unreadable import blenders_reason, why_unreadable
+from .unreadable import blenders_reason, blenders_reasons, why_unreadable
 from .wording import gathered
 
 DONE, FAILED, INTERRUPTED = 0, 1, 130
@@ -108,9 +108,10 @@ def _run(options: argparse.Namespace, settings: Settings, destination: Destinati
     files: dict[str, Path] = {name: getattr(options, name).absolute() for name in ENDINGS if getattr(options, name)}
     for path in files.values():
         check_output(path)
-    source, settings = _open(options.input, settings)
+    source, settings, complaints = _open(options.input, settings)
 
     bake = _bake(settings, destination)
+    bake.report["warnings"][:0] = complaints
     stops = _write(files, bake.report, options, destination)
     for warning in gathered(bake.report["warnings"]):
         _tell(f"warning: {warning}")
@@ -121,30 +122,40 @@ def _run(options: argparse.Namespace, settings: Settings, destination: Destinati
         print(f"Written:  {path}" + (f" (exposure {stops[name]:+.2f} stops)" if name in stops else ""))
 
 
-def _open(path: Path | None, settings: Settings) -> tuple[Path, Settings]:
-    """Load the input; return its path, and the settings that remain to be applied to it."""
+def _open(path: Path | None, settings: Settings) -> tuple[Path, Settings, list[str]]:
+    """Load the input; return its path, the settings that remain to be applied to it, and warnings."""
     if path is None:
         # Blender goes on with its default scene when it cannot read the file that was named.
         if not bpy.data.filepath:
             raise RadiosityError("No .blend is loaded: name one to bake; if one was named, Blender could not read it")
-        return Path(bpy.data.filepath), settings
+        return Path(bpy.data.filepath), settings, []
     path = path.absolute()
     if not path.is_file():
         raise RadiosityError(f"There is no file {path}")
-    if path.suffix.lower() == ".txt":
-        rectangles = read_scene_text(path)
-        with quiet():
-            bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-        build_objects(bpy.context.scene, rectangles, settings.subdivide, name=path.stem)
-        return path, replace(settings, subdivide=1)
+    rectangles = read_scene_text(path) if path.suffix.lower() == ".txt" else None
+    with quiet():
+        # An unnamed scene: the name then tells whether a .blend was loaded.
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    if rectangles is None:
+        return path, settings, _load(path)
+    build_objects(bpy.context.scene, rectangles, settings.subdivide, name=path.stem)
+    return path, replace(settings, subdivide=1), []
+
+
+def _load(path: Path) -> list[str]:
+    """Load a .blend; return what Blender could not read of it."""
+    complaints = []
     try:
         with quiet():
             bpy.ops.wm.open_mainfile(filepath=str(path))
     except RuntimeError as error:
-        raise RadiosityError(f"Blender cannot read {path}: {why_unreadable(path, error)}") from error
+        # Blender calls it an error, too, where it has loaded the file but for a part.
+        if not bpy.data.filepath:
+            raise RadiosityError(f"Blender cannot read {path}: {why_unreadable(path, error)}") from error
+        complaints = [f"A part of {path.name} is lost: {reason}" for reason in blenders_reasons(error)]
     if not bpy.data.filepath or not path.samefile(bpy.data.filepath):
         raise RadiosityError(f"Blender cannot read {path}")
-    return path, settings
+    return complaints
 
 
 def _depsgraph() -> bpy.types.Depsgraph:

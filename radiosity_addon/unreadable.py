@@ -7,8 +7,6 @@ from pathlib import Path
 
 import bpy
 
-from .wording import last_line
-
 # "BLENDER", how large pointers are, "V" where the highest byte is first, the version; "17-01" in the middle since 5.0.
 _HEADER = re.compile(rb"BLENDER(?:[-_]|\d\d-\d\d)([vV])(\d+)")
 _GZIP, _ZSTANDARD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
@@ -44,8 +42,17 @@ def why_unreadable(path: Path, error: RuntimeError) -> str:
 
 
 def blenders_reason(error: RuntimeError) -> str:
-    """Return what Blender says about a file, without the words and the names around it."""
-    reason = last_line(error).split(": ", 1)[-1]
+    """Return what Blender says last about a file, without the words and the names around it."""
+    return blenders_reasons(error)[-1]
+
+
+def blenders_reasons(error: RuntimeError) -> list[str]:
+    """Return all that Blender says about a file, without the words and the names around it."""
+    return [_bare(line.strip().split(": ", 1)[-1]) for line in str(error).strip().splitlines()]
+
+
+def _bare(reason: str) -> str:
+    """Leave out which file it is about."""
     reason = re.sub(r'^Loading ".*?" failed: ', "", reason)
     return re.sub(r"^(Failed to read blend file) '.*?'(?:[:,] )", r"\1: ", reason)
 

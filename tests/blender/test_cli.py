@@ -8,10 +8,20 @@ import signal
 import subprocess
 import sys
 
+import bpy
 import numpy as np
 import pytest
 
-from tests.blender.building import SCENE_TEXT, SQUARE, add_mesh, add_room, colors, glowing
+from tests.blender.building import (
+    SCENE_TEXT,
+    SQUARE,
+    add_mesh,
+    add_room,
+    add_square,
+    colors,
+    glowing,
+    node_material,
+)
 from tests.blender.installing import ROOT
 
 
@@ -158,6 +168,22 @@ def test_a_vertex_nowhere_is_told_in_the_report(scene, save, run, tmp_path):
     assert run(path, "--report", tmp_path / "report.json")[0] == 0
     warnings = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["warnings"]
     assert any("Object 'Broken': 1 face with a vertex at no finite place" in line for line in warnings)
+
+
+@pytest.mark.skipif(bpy.app.version[0] < 5, reason="Blender 4.2 crashes on such a file")
+def test_what_blender_loads_but_for_a_part_is_baked_and_told(scene, run, tmp_path):
+    add_square(scene, "Glowing", glowing())
+    add_square(scene, "Spoilt", node_material("Spoilt")[0], z=1)
+    path, report = tmp_path / "spoilt.blend", tmp_path / "report.json"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
+    nodes = b"NTShader Nodetree"
+    start, end = path.read_bytes().split(b"MASpoilt")
+    path.write_bytes(start + b"MASpoilt" + end.replace(nodes, b"XX" + nodes[2:], 1))
+    code, _, complaints = run(path, "--report", report)
+    assert code == 0
+    warning = json.loads(report.read_text())["warnings"][0]
+    assert warning.startswith(f"A part of {path.name} is lost: ") and "MASpoilt" in warning
+    assert warning in complaints
 
 
 def test_help_ends_with_success(run):
