@@ -13,6 +13,7 @@ from ..visibility import Surroundings, sky_occluders
 from .enclosures import Enclosure, enclosure, keeps_dark
 from .orientation import Orientation
 from .side_points import PatchSides, SidePoints, joined
+from .walls import are_walls, flattest_share
 
 # Paths from light, and how often they are followed from surface to surface.
 PATHS = 512
@@ -139,9 +140,21 @@ class LightSearch:
         within &= ~within.reshape(-1, 2).all(axis=1).repeat(2)
         for index in np.unique(owner[np.flatnonzero(within) // 2]):
             faces = np.flatnonzero(scene.face_object == index)
-            if _flattest(scene, faces) > FLOOR or not keeps_dark(scene, faces, self._shape, self._starts.place):
+            if flattest_share(scene, faces) > FLOOR or not keeps_dark(scene, faces, self._shape, self._starts.place):
                 within[(owner == index).repeat(2)] = False
         return within
+
+    def rooms(self, groups: BoolArray) -> BoolArray:
+        """Return which of some groups may be rooms, or walls of one: of flat walls, or with light that starts inside.
+
+        What is rounded and has none is a cup, a hat or a part of a head, whose outside matters.
+        """
+        found = np.zeros_like(groups)
+        for index in np.flatnonzero(groups):
+            faces = np.flatnonzero(self._group == index)
+            inside = not keeps_dark(self._scene, faces, self._shape, self._starts.place)
+            found[index] = inside or are_walls(self._scene, faces)
+        return found
 
     def caught(self, nodes: IntArray, each: int = 0) -> Caught:
         """Send rays from sides, so many from each or as many as are due, and tell what they meet."""
@@ -215,13 +228,3 @@ class LightSearch:
             node,
             points.alone[hit] & (self._group[face] == node // 2),
         )
-
-
-def _flattest(scene: Scene, faces: IntArray) -> float:
-    """Return the largest share of the area of some faces that lies in about one plane's direction."""
-    area = scene.face_area[faces]
-    steps = np.rint(8.0 * scene.face_normal[faces]).astype(np.int64) + 8
-    # A floor whose faces are turned anyhow is one floor.
-    code = steps @ (289, 17, 1)
-    code = np.minimum(code, 16 * 307 - code)
-    return float(np.max(np.bincount(code, area), initial=0.0) / max(float(area.sum()), 1e-300))

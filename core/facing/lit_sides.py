@@ -87,7 +87,8 @@ def lit_sides(
     dark = front & back & search.dark_hollows(caught).reshape(-1, 2).T & (sees.reshape(-1, 2)[:, ::-1].T > 0)
     front, back = front & ~dark[0], back & ~dark[1]
     back &= ~(front & (sees[1::2] == 0))
-    front &= ~_hulls(front & back & (sees[::2] == 0) & (sees[1::2] > _CAUGHT), caught)
+    hull = search.rooms(front & back & (sees[::2] == 0) & (sees[1::2] > _CAUGHT))
+    front &= ~_hulls(hull, caught)
     return np.where(front & back, BOTH, np.where(back, BACK, FRONT)).astype(np.uint8)
 
 
