@@ -82,7 +82,7 @@ def _take_sun(scene: bpy.types.Scene, sky: Array, taken: NDArray[np.bool_], name
     solid = _solid_angles(ROWS)[:, None]
     mean = float((brightness * solid).sum() / (4.0 * pi))
     top = int(brightness.argmax())
-    if brightness.flat[top] < GLARE * mean:
+    if brightness.flat[top] <= GLARE * mean:
         return None
     row, column = divmod(top, 2 * ROWS)
     low, high = max(0, row - AROUND), min(ROWS, row + AROUND + 1)
@@ -103,6 +103,8 @@ def _take_sun(scene: bpy.types.Scene, sky: Array, taken: NDArray[np.bool_], name
     part |= inside
     glare = np.maximum(close - behind, 0.0) * inside[..., None] * weight[..., None]
     light = glare @ LUMINANCE
+    if not light.any():
+        return None
     rest = close * weight[..., None] - glare
     coarse = rest.reshape(high - low, CLOSER, right - left, CLOSER, 3).sum(axis=(1, 3))
     sky[low:high, left:right] = coarse / solid[low:high, :, None]

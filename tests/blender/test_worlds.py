@@ -49,6 +49,13 @@ def test_a_world_by_direction(scene, blender, cycles, direct):
     assert [lamp.radiance.shape[2] for lamp in read.lamps] == [3]
 
 
+def test_a_world_of_a_surfaces_shader_is_black(scene, blender, floor, read):
+    tree, _ = make_world(blender, scene)
+    surface = tree.nodes.new('ShaderNodeBsdfPrincipled')
+    tree.links.new(surface.outputs[0], tree.get_output_node('CYCLES').inputs["Surface"])
+    assert read().scene.lamps == ()
+
+
 def test_a_world_lights_as_diffuse_rays_see_it(scene, blender, cycles, direct):
     tree, background = make_world(blender, scene)
     path, mix = tree.nodes.new('ShaderNodeLightPath'), tree.nodes.new('ShaderNodeMixShader')
