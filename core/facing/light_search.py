@@ -25,6 +25,8 @@ FEWEST, MOST = 4, 48
 # Share of the rays from within a body with slits that meet it, at least, as many rays as tell that, and the share among
 # the few that are cast first. What has more of its area than so in one direction may be a room, whose inside matters.
 SHUT, SHUT_RAYS, SHUT_FEW, FLOOR = 0.99, 4096, 0.9, 0.1
+# What is closer behind a group, as a share of its size, is no room.
+SLAB = 0.05
 # Lit points among which the one that faces a point best is asked for.
 _CANDIDATES = 48
 # A path turns this share of its way before the surface it hits: where it has been, it is in no other surface.
@@ -145,16 +147,23 @@ class LightSearch:
         return within
 
     def rooms(self, groups: BoolArray) -> BoolArray:
-        """Return which of some groups may be rooms, or walls of one: of flat walls, or with light that starts inside.
+        """Return which of some groups may be rooms, or walls of one: with light that starts inside, or flat and wide.
 
-        What is rounded and has none is a cup, a hat or a part of a head, whose outside matters.
+        What has no light of its own is a cup, a hat or a part of a head where it is rounded, and a sign or a slab where
+        there is but a gap behind it: their outside matters.
         """
         found = np.zeros_like(groups)
         for index in np.flatnonzero(groups):
             faces = np.flatnonzero(self._group == index)
             inside = not keeps_dark(self._scene, faces, self._shape, self._starts.place)
-            found[index] = inside or are_walls(self._scene, faces)
+            found[index] = inside or (are_walls(self._scene, faces) and self._depth(int(index)) > SLAB)
         return found
+
+    def _depth(self, group: int) -> float:
+        """Return how far it is from backs to what is behind them, mostly, over the size of their group."""
+        points = self._sides.draw(np.array([2 * group + 1]), MOST, self._rng)
+        distance = self._occluders.nearest(points.place, points.normal)[1]
+        return float(np.median(distance) / np.sqrt(self._scene.face_area[self._group == group].sum()))
 
     def caught(self, nodes: IntArray, each: int = 0) -> Caught:
         """Send rays from sides, so many from each or as many as are due, and tell what they meet."""

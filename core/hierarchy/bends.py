@@ -2,8 +2,8 @@
 """Bends: at a vertex of a coarse mesh that is shaded smooth, each face looks over its own horizon only.
 
 A receiver stands above all of its faces and sees the half space of its normal. A path tracer that starts on one of them
-sends no ray below that face, whatever the normal: on the mean over the faces so much less of what has bounced arrives.
-What emits it looks for, and nothing hides that from the vertex itself.
+sends no ray below that face, whatever the normal: on the mean over the faces so much less arrives of what has bounced,
+and of the sky. Lamps and what emits it looks for, and nothing hides those from the vertex itself.
 """
 
 from dataclasses import dataclass, replace
@@ -52,6 +52,28 @@ class Bends:
         _, face = counted(count, self.first[which])
         first = np.concatenate(([0], np.cumsum(count)))
         return Bends(self.bent[which], first, self.normal[face])
+
+    def risen(self, who: Int, way: Float) -> Float:
+        """Return over which share of the faces round a receiver each direction rises.
+
+        Parameters
+        ----------
+        who : ndarray of shape (n,)
+            Receivers.
+        way : ndarray of shape (n, 3)
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            1 for receivers that are not bent.
+        """
+        asked = np.flatnonzero(self.bent[who])
+        first, count = self.first[who[asked]], np.diff(self.first)[who[asked]]
+        run, face = counted(count, first)
+        above = np.bincount(run, dots(self.normal[face], picked(way, asked[run])) > 0, len(asked))
+        share = np.ones(len(who))
+        share[asked] = above / count
+        return share
 
 
 def find_bends(scene: Scene, normal: Float, group: Int) -> Bends:

@@ -100,14 +100,14 @@ def final_gather(
     need = _need(corners, patches, elements, irradiance, typical)
     few = len(corners.point) <= _HARDLY_MORE * quality.corners
     edges = mesh_edges(scene, corners.group)
+    bends = find_bends(scene, corners.normal, corners.group) if few else None
     if few:
-        bends = find_bends(scene, corners.normal, corners.group)
         steps = glances(corners, lit, sent, need, quality, workers, bends=bends)
     else:
         rim = at_edges(scene, corners)
         steps = sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, typical, sky)
     glance = yield from scaled(steps, 0, _GLANCES)
-    above = from_sky(corners, np.arange(len(corners.point)), sky if few else None)
+    above = from_sky(corners, np.arange(len(corners.point)), sky if few else None, bends)
     covered = glance.covered | cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)
     lamps = glance.bright + (yield from scaled(_from_lamps(corners, direct, dense=not few), _GLANCES, _LAMPS))
     arriving = (lamps + glance.others + above)[:, :3]

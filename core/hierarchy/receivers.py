@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ..lighting.soft_shadows import Horizons
 from .tree import Float, Int, build_tree
 
 GROUP_SIZE = 16
@@ -21,7 +22,9 @@ SPARSE_SIZE = 2
 class DirectLight(Protocol):
     """Light that no element sends."""
 
-    def __call__(self, points: Float, normals: Float, /, *, dense: bool = False) -> Float:
+    def __call__(
+        self, points: Float, normals: Float, /, *, dense: bool = False, horizons: Horizons | None = None
+    ) -> Float:
         """Return the irradiance at points with normals, (n, 3) and (n, 3) to (n, 3); see `lamp_irradiance`."""
         ...
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..occlusion.shared_out import SharedOut
 from ..progress import Progress, scaled
+from .bends import Bends
 from .blending import blended
 from .clustering import choose_samples
 from .elements import Elements
@@ -99,7 +100,7 @@ def _without_lamps(glance: Glance) -> Float:
     return indirect
 
 
-def from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
+def from_sky(corners: Corners, which: Int, sky: DirectLight | None, bends: Bends | None = None) -> Float:
     """Ask for the light of the sky.
 
     Parameters
@@ -108,6 +109,8 @@ def from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
     which : ndarray of shape (k,)
         At whom it arrives.
     sky : callable or None
+    bends : Bends, optional
+        Of those that it arrives at.
 
     Returns
     -------
@@ -116,7 +119,7 @@ def from_sky(corners: Corners, which: Int, sky: DirectLight | None) -> Float:
     """
     if sky is None:
         return np.zeros((len(which), 6))
-    return np.tile(sky(corners.point[which], corners.normal[which]), 2)
+    return np.tile(sky(corners.point[which], corners.normal[which], horizons=bends), 2)
 
 
 def _samples(corners: Corners, lit: Lit, quality: Quality, workers: Executor) -> tuple[Samples, Samples]:

@@ -18,7 +18,7 @@ from .area_lamps import AreaLamp
 from .kinds import Lamp
 from .round_lamps import Cone, PointLamp, SunLamp
 from .sky import SkyLamp
-from .soft_shadows import visible_share
+from .soft_shadows import Horizons, visible_share
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -48,6 +48,7 @@ def lamp_irradiance(
     reach: float,
     rough: bool = False,
     dense: bool = False,
+    horizons: Horizons | None = None,
     workers: Executor | None = None,
 ) -> FloatArray:
     """Return the light that lamps and sky send straight to receivers.
@@ -68,6 +69,8 @@ def lamp_irradiance(
         Whether the light is only to be passed on: the errors of many receivers cancel.
     dense : bool
         Whether receivers lie much closer together than light changes.
+    horizons : Horizons, optional
+        Of the faces round receivers: what they hide of the sky. Lamps are looked for: nothing hides them from a vertex.
     workers : concurrent.futures.Executor, optional
         Who computes; the result does not depend on it, bit for bit.
 
@@ -96,6 +99,7 @@ def lamp_irradiance(
                 reach=reach,
                 well=well,
                 panes=panes_of(blockers),
+                horizons=horizons.pick(lit) if horizons and isinstance(lamp, SkyLamp) else None,
                 workers=workers,
             )
             H[lit] += light[lit] * share
@@ -114,6 +118,7 @@ def direct_light(
     lamps: Sequence[Lamp] | None = None,
     rough: bool = False,
     dense: bool = False,
+    horizons: Horizons | None = None,
     workers: Executor | None = None,
 ) -> FloatArray:
     """Return the light that a scene's lamps send straight to receivers in it, as finely as the settings ask for.
@@ -129,7 +134,7 @@ def direct_light(
         What blocks.
     lamps : sequence of Lamp, optional
         Some of the scene's; all when not given.
-    rough, dense, workers
+    rough, dense, horizons, workers
         See `lamp_irradiance`.
 
     Returns
@@ -147,6 +152,7 @@ def direct_light(
         reach=reach,
         rough=rough,
         dense=dense,
+        horizons=horizons,
         workers=workers,
     )
 

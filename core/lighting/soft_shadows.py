@@ -45,6 +45,18 @@ class Samples(Protocol):
         ...
 
 
+class Horizons(Protocol):
+    """Faces round receivers, each of which sees what is above itself only."""
+
+    def pick(self, which: IntArray, /) -> "Horizons":
+        """Return those of some receivers, in that order."""
+        ...
+
+    def risen(self, who: IntArray, way: FloatArray, /) -> FloatArray:
+        """Return over which share of the faces round a receiver each direction, shape (n, 3), rises, shape (n,)."""
+        ...
+
+
 def visible_share(
     lamp: Samples,
     points: FloatArray,
@@ -56,6 +68,7 @@ def visible_share(
     reach: float,
     well: int | None = None,
     panes: Panes | None = None,
+    horizons: Horizons | None = None,
     workers: Executor | None = None,
 ) -> FloatArray:
     """Return which share of a lamp's light reaches receivers.
@@ -76,6 +89,8 @@ def visible_share(
         What stands for `finer` where the lamp is seen well.
     panes : Panes, optional
         What gives its color to light that nothing blocks.
+    horizons : Horizons, optional
+        What hides light that nothing blocks.
     workers : concurrent.futures.Executor, optional
         Who computes; the result does not depend on it, bit for bit.
 
@@ -89,7 +104,10 @@ def visible_share(
     size = max(1, _RAYS // (side * side * _GROUP)) * _GROUP
     looks = (finer, finer if well is None else well)
     runs = [(start, order[start : start + size]) for start in range(0, len(order), size)]
-    tasks = [(lamp, points[run], normals[run], start, occluders, panes, side, looks, reach) for start, run in runs]
+    tasks = [
+        (lamp, points[run], normals[run], start, occluders, panes, horizons and horizons.pick(run), side, looks, reach)
+        for start, run in runs
+    ]
     if workers is None:
         parts = [_block(*task) for task in tasks]
     else:
@@ -108,6 +126,7 @@ def _block(
     first: int,
     occluders: Occluders,
     panes: Panes | None,
+    horizons: Horizons | None,
     side: int,
     looks: tuple[int, int],
     reach: float,
@@ -130,6 +149,8 @@ def _block(
         end = start + np.minimum(length[shines], reach)[:, None] * out[shines]
         clear[shines] = ~occluders.blocked(start, end)
         passed = light * clear[:, None]
+        if horizons is not None:
+            passed *= horizons.risen(who, out)[:, None]
         if panes is not None:
             light, passed = (np.tile(part, (1, 3 // part.shape[1])) for part in (light, passed))
             some = clear[shines]

@@ -6,6 +6,7 @@ import pytest
 
 from core.lighting.lamps import PointLamp, SkyLamp, SunLamp
 from core.scene import BACK, BOTH, FRONT
+from tests.unit.globes import globe
 from tests.unit.islands import Things, sheet, upright
 
 GREY_WORLD = SkyLamp("World", np.full((1, 1, 3), 0.05))
@@ -70,6 +71,23 @@ def test_roofs_over_the_ground_are_no_room(found):
     for index, x in enumerate((0, 1)):
         roofs.add(f"Roof {index}", [sheet((x, 0, 2), (x + 1, 2))])
     assert found(roofs, SUN, GREY_WORLD) == {"Ground": FRONT, "Roof 0": BOTH, "Roof 1": BOTH}
+
+
+def test_two_sheets_back_to_back_are_a_sign_and_no_room(found):
+    sign = Things().add("Front", [upright(0.0, (0, 1), (0, 1), right=False)])
+    sign.add("Back", [upright(0.02, (0, 1), (0, 1))])
+    assert found(sign, GREY_WORLD) == {"Front": BOTH, "Back": BOTH}
+    # A metre apart they are walls, and lit on the inside as long as that has more than sky before it.
+    apart = Things().add("Front", [upright(0.0, (0, 9), (0, 9), right=False)]).add("Back", [upright(1.0, (0, 9), (0, 9))])
+    assert found(apart, GREY_WORLD) == {"Front": BACK, "Back": BACK}
+
+
+@pytest.mark.parametrize("segments", [9, 32])
+def test_a_vase_alone_in_the_day_shows_its_outside(found, segments):
+    vase = Things().add("Vase", globe(segments, 16, 0.5, (0, 0, 0), without=3))
+    assert found(vase, GREY_WORLD) == {"Vase": BOTH}
+    # A lamp in it makes it a dome that people are in.
+    assert found(vase, GREY_WORLD, bulb((0, 0, 0))) == {"Vase": BACK}
 
 
 def test_light_that_nothing_blocks_comes_into_a_closed_room(found, box):
