@@ -78,7 +78,8 @@ def test_two_sheets_back_to_back_are_a_sign_and_no_room(found):
     sign.add("Back", [upright(0.02, (0, 1), (0, 1))])
     assert found(sign, GREY_WORLD) == {"Front": BOTH, "Back": BOTH}
     # A metre apart they are walls, and lit on the inside as long as that has more than sky before it.
-    apart = Things().add("Front", [upright(0.0, (0, 9), (0, 9), right=False)]).add("Back", [upright(1.0, (0, 9), (0, 9))])
+    apart = Things().add("Front", [upright(0.0, (0, 9), (0, 9), right=False)])
+    apart.add("Back", [upright(1.0, (0, 9), (0, 9))])
     assert found(apart, GREY_WORLD) == {"Front": BACK, "Back": BACK}
 
 
