@@ -7,6 +7,7 @@ import numpy as np
 
 from .arrays import BoolArray, IntArray
 from .grids import edge_parts, fewest_parts, longest_edges
+from .places import places
 from .runs import counted
 from .scene import Scene
 from .triangulation import Pieces
@@ -78,7 +79,8 @@ def edge_cuts(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: in
     Returns
     -------
     EdgeCuts
-        The finest that any of the faces at an edge asks for; faces without area ask for nothing.
+        The finest that any of the faces at an edge asks for, or at another edge at the same place: a seam stays closed.
+        Faces without area ask for nothing.
     """
     base = len(scene.vertices)
     ends = scene.corner_vertex[whole.corner]
@@ -100,7 +102,18 @@ def edge_cuts(scene: Scene, whole: Pieces, max_edge: float | None, subdivide: in
     parts = np.ones(len(key), dtype=np.int64)
     np.maximum.at(parts, found, wanted)
     parts[length == 0.0] = 1
+    parts = _alike(places(scene.vertices), low, high, parts)
     outer = np.zeros(len(key), dtype=bool)
     outer[found[: len(scene.corner_vertex)]] = True
     first = base + np.cumsum(parts - 1) - (parts - 1)
     return EdgeCuts(np.where(swap, high, low), np.where(swap, low, high), parts, first, outer, key, base)
+
+
+def _alike(place: IntArray, low: IntArray, high: IntArray, parts: IntArray) -> IntArray:
+    """Return the parts of edges between vertices, the most of all that lie at the same place."""
+    one, other = place[low], place[high]
+    key = np.minimum(one, other) * len(place) + np.maximum(one, other)
+    edge = np.unique(key, return_inverse=True)[1].reshape(-1)
+    most = np.zeros(len(key), dtype=np.int64)
+    np.maximum.at(most, edge, parts)
+    return most[edge]

@@ -169,6 +169,16 @@ def test_faces_that_touch_without_sharing_vertices_are_cut_at_the_same_bits(box)
     assert len(np.unique(loose.vertices, axis=0)) == len(welded.vertices)
 
 
+def test_a_seam_is_cut_alike_on_both_sides(box):
+    # Faces that share no vertex, one of which is cut finer by far.
+    points = np.concatenate(box((1.0, 2.3, 0.7)))
+    longest = np.array([0.1, *[np.nan] * 5])
+    fine = refine(scene_of(points, np.arange(24).reshape(6, 4), max_edge=longest), 9.0)
+    _, place = np.unique(fine.vertices, axis=0, return_inverse=True)
+    _, faces = np.unique(np.sort(place.reshape(-1)[edges(finer(fine, None))], axis=1), axis=0, return_counts=True)
+    assert (faces == 2).all()
+
+
 def test_a_face_without_area_follows_its_neighbours():
     points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0, 0)], float)
     coarse = scene_of(points, [(0, 1, 2, 3), (0, 4, 1)])
