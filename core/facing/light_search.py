@@ -22,9 +22,10 @@ BOUNCES = 5
 LOOKS = 1024
 LOOK_BOUNCES = 3
 FEWEST, MOST = 4, 48
-# Share of the rays from within a body with slits that meet it, at least, as many rays as tell that, and the share among
-# the few that are cast first. What has more of its area than so in one direction may be a room, whose inside matters.
-SHUT, SHUT_RAYS, SHUT_FEW, FLOOR = 0.99, 4096, 0.9, 0.1
+# Share of the rays from within a body with slits that meet it, at least, among the few that are cast first, and then,
+# for fewer and fewer bodies, with the rays that tell it. What has more of its area than so in one direction may be a
+# room, whose inside matters.
+SHUT_FEW, SHUT, FLOOR = 0.9, ((256, 0.96), (4096, 0.99)), 0.1
 # What is closer behind a group, as a share of its size, is no room.
 SLAB = 0.05
 # Lit points among which the one that faces a point best is asked for.
@@ -136,14 +137,15 @@ class LightSearch:
         """
         scene, owner = self._scene, np.zeros(caught.sides // 2, dtype=np.int64)
         owner[self._group] = scene.face_object
-        nodes = np.flatnonzero(caught.at_home(owner) >= SHUT_FEW)
-        within = self.caught(nodes, SHUT_RAYS).at_home(owner) >= SHUT
-        # A shell has two sides: what sees itself from both is a heap of leaves.
-        within &= ~within.reshape(-1, 2).all(axis=1).repeat(2)
+        within = caught.at_home(owner) >= SHUT_FEW
         for index in np.unique(owner[np.flatnonzero(within) // 2]):
             faces = np.flatnonzero(scene.face_object == index)
             if flattest_share(scene, faces) > FLOOR or not keeps_dark(scene, faces, self._shape, self._starts.place):
                 within[(owner == index).repeat(2)] = False
+        for rays, least in SHUT:
+            within &= self.caught(np.flatnonzero(within), rays).at_home(owner) >= least
+        # A shell has two sides: what sees itself from both is a heap of leaves.
+        within &= ~within.reshape(-1, 2).all(axis=1).repeat(2)
         return within
 
     def rooms(self, groups: BoolArray) -> BoolArray:
