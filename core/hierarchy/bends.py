@@ -24,6 +24,8 @@ from .vectors import dots, picked
 _BENT = 0.985
 # How far a node reaches above and below its middle, as a share of its radius.
 _REACH = 0.7
+# Sine of the angle above a horizon up to which it counts as in the plane.
+_EVEN = 1e-5
 # A node that is seen has risen by such a share, whatever its middle says.
 _LEAST = 0.02
 
@@ -140,21 +142,25 @@ def over_horizons(rows: Rows, receivers: Receivers, bends: Bends, sources: Sourc
 def _above(receivers: Receivers, receiver: Int, node: Int, bends: Bends, sources: Sources) -> Float:
     """Return which share of what each receiver sees of a node is above the horizon of its faces, on the mean."""
     to = picked(sources.centre, node) - picked(receivers.point, receiver)
-    reach = np.maximum(_REACH * sources.radius[node], 1e-300)
     # What is below the receiver's own horizon it does not see anyway.
-    seen = _risen(dots(picked(receivers.normal, receiver), to) / reach)
+    seen = _risen(picked(receivers.normal, receiver), to, node, sources)
     owner = receivers.index[receiver]
     count = np.diff(bends.first)[owner]
     total = np.zeros(len(node))
     for turn in range(int(np.max(count, initial=0))):
         which = np.flatnonzero(turn < count)
-        height = dots(bends.normal[bends.first[owner[which]] + turn], to[which])
-        total[which] += np.minimum(_risen(height / reach[which]) / seen[which], 1)
+        over = _risen(bends.normal[bends.first[owner[which]] + turn], to[which], node[which], sources)
+        total[which] += np.minimum(over / seen[which], 1)
     share: Float = total / np.maximum(count, 1)
     return share
 
 
-def _risen(height: Float) -> Float:
-    """Return the share of nodes above a horizon, by how high their middles are in units of what they reach."""
-    risen: Float = np.clip(0.5 + 0.5 * height, _LEAST, 1)
+def _risen(up: Float, to: Float, node: Int, sources: Sources) -> Float:
+    """Return the share of each node above a horizon, by how high its middle is in units of how high it reaches."""
+    slope = dots(up, picked(sources.normal, node))
+    # What is flat and lies along the horizon does not reach above it: a face does not see itself.
+    tilt = np.where(sources.flat[node], np.sqrt(np.maximum(1 - slope * slope, 0)), 1)
+    reach = np.maximum(_REACH * sources.radius[node] * tilt, 1e-300)
+    height = dots(up, to) - _EVEN * np.sqrt(dots(to, to))
+    risen: Float = np.clip(0.5 + 0.5 * height / reach, _LEAST, 1)
     return risen

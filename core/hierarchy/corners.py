@@ -121,8 +121,13 @@ def final_gather(
     near = light_from(glance.sights.pick(edge & few & ~lamp[glance.sights.element]), radiosity, len(arriving))
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
     light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS, near=near.mean(axis=1))
-    if above.any():
-        light += blended(above, rounds=_MANY_ROUNDS, same=_SKY_SAME)
+    if sky and above.any():
+        # What is hidden of the sky is alike for neighbours; how much there is to hide differs with the way they look.
+        bare = sky(corners.point, corners.normal, shadowed=False)
+        share = np.divide(above[:, :3], bare, out=np.zeros_like(bare), where=bare > 0)
+        scale = bare.mean(axis=0)
+        hidden = blended(share * scale, rounds=_MANY_ROUNDS, same=_SKY_SAME)
+        light += np.tile(np.divide(hidden, scale, out=hidden, where=scale > 0) * bare, 2)
     light = with_light_outside(np.where((covered & known)[:, None], around, light), outside)
     close = beside(glance.sights, corners.point, elements, GAP)
     # Most corners of a fine mesh have their neighbours' light: what is beside a few of them does not show.

@@ -23,7 +23,14 @@ class DirectLight(Protocol):
     """Light that no element sends."""
 
     def __call__(
-        self, points: Float, normals: Float, /, *, dense: bool = False, horizons: Horizons | None = None
+        self,
+        points: Float,
+        normals: Float,
+        /,
+        *,
+        dense: bool = False,
+        shadowed: bool = True,
+        horizons: Horizons | None = None,
     ) -> Float:
         """Return the irradiance at points with normals, (n, 3) and (n, 3) to (n, 3); see `lamp_irradiance`."""
         ...

@@ -20,6 +20,8 @@ _INSET = 0.01
 _CLEAR, _SLANTING = 1.05, 0.2
 # Receivers are turned to what shows of their faces where the cosine to it is less: a column's foot, not a ball's.
 _PAST = 0.85
+# How far off a face it is asked whether a receiver is parted from it, as a share of the way to its middle.
+_OFF = 1e-3
 # Weight of hidden elements beside that of exposed ones.
 LAST_RESORT = 1e-9
 
@@ -111,5 +113,8 @@ def cut_off(scene: Scene, corners: Corners, alone: NDArray[np.bool_], occluders:
     # As high over the face there as the receiver is.
     shown, end = shown_face_normals(scene)[face], _middles(scene)[face]
     end = end + ((corners.point[group] - end) * shown).sum(axis=1)[:, None] * shown
-    cut[group[occluders.blocked(corners.point[group], end)]] = True
+    # Off the face: where that is bent, the receiver stands on it.
+    start = corners.point[group]
+    off = _OFF * np.sqrt(((end - start) ** 2).sum(axis=1))[:, None] * shown
+    cut[group[occluders.blocked(start + off, end + off)]] = True
     return cut

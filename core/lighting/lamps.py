@@ -48,6 +48,7 @@ def lamp_irradiance(
     reach: float,
     rough: bool = False,
     dense: bool = False,
+    shadowed: bool = True,
     horizons: Horizons | None = None,
     workers: Executor | None = None,
 ) -> FloatArray:
@@ -69,6 +70,8 @@ def lamp_irradiance(
         Whether the light is only to be passed on: the errors of many receivers cancel.
     dense : bool
         Whether receivers lie much closer together than light changes.
+    shadowed : bool
+        Whether anything is in the way.
     horizons : Horizons, optional
         Of the faces round receivers: what they hide of the sky. Lamps are looked for: nothing hides them from a vertex.
     workers : concurrent.futures.Executor, optional
@@ -83,7 +86,7 @@ def lamp_irradiance(
     for lamp in lamps:
         light = lamp.unshadowed(points, normals)
         lit = np.flatnonzero(light.any(axis=1))
-        if lamp.shadows and len(lit):
+        if shadowed and lamp.shadows and len(lit):
             side, blockers = max(1, ceil(sqrt(rays))), occluders
             finer = well = _FINER_AMONG_MANY if dense else _FINER
             if isinstance(lamp, SkyLamp):
@@ -118,6 +121,7 @@ def direct_light(
     lamps: Sequence[Lamp] | None = None,
     rough: bool = False,
     dense: bool = False,
+    shadowed: bool = True,
     horizons: Horizons | None = None,
     workers: Executor | None = None,
 ) -> FloatArray:
@@ -134,7 +138,7 @@ def direct_light(
         What blocks.
     lamps : sequence of Lamp, optional
         Some of the scene's; all when not given.
-    rough, dense, horizons, workers
+    rough, dense, shadowed, horizons, workers
         See `lamp_irradiance`.
 
     Returns
@@ -152,6 +156,7 @@ def direct_light(
         reach=reach,
         rough=rough,
         dense=dense,
+        shadowed=shadowed,
         horizons=horizons,
         workers=workers,
     )
