@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bends: what arrives at the vertices of coarse meshes that are shaded smooth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from core.bake import bake
 from core.hierarchy.bends import find_bends
 from core.hierarchy.vantages import corner_receivers
+from core.lighting.lamps import SkyLamp
 from core.progress import exhaust
+from core.refined_scene import refined_scene
+from core.refinement import refine
 from core.scene import Scene
 from core.settings import Settings
 from tests.at_once import AtOnce
@@ -64,3 +69,26 @@ def test_a_lamp_is_seen_from_all_above_the_normal_of_a_corner(box):
     expected = 1000 * 0.01 * (to.sum() / np.sqrt(3)) * to[0] / (np.pi * squared**2)
     there = np.abs(scene.vertices[scene.corner_vertex[-24:]] - corner).max(axis=1) < 1e-9
     assert corners(scene)[there] == pytest.approx(np.full(3, expected), rel=0.03)
+
+
+@pytest.mark.parametrize("slant", [0.0, 0.9])
+def test_a_smooth_cube_in_the_open_has_the_sky_above_its_faces_and_nothing_else(box, slant):
+    """Brighter upwards or the same all over; what the cube's own faces send meets none of them."""
+    rows = 64
+    height = np.sin(np.pi * ((np.arange(rows) + 0.5) / rows - 0.5))
+    sky = SkyLamp("World", np.broadcast_to(1 + slant * height[:, None, None], (rows, 2 * rows, 3)).copy())
+    coarse = replace(smooth_cube([], 0.0, box), lamps=(sky,))
+    scene = refined_scene(coarse, refine(coarse, subdivide=4))
+    result = exhaust(bake(scene, Settings(quality="medium"), executor=AtOnce()))
+    at, normal = scene.vertices[scene.corner_vertex], scene.corner_normals
+    way = np.random.default_rng(0).normal(size=(100_000, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    faces = coarse.face_normal
+    expected = []
+    for place, up in zip(at, normal, strict=True):
+        mine = faces[np.abs(faces @ (place - 0.5) - 0.1) < 1e-9]
+        open_to = (way @ mine.T > 0).mean(axis=1)
+        expected.append(4 * np.pi * np.mean((1 + slant * way[:, 2]) * np.maximum(way @ up, 0) * open_to))
+    found = result.corner_irradiance[:, 0]
+    assert np.sqrt(np.mean((found / expected - 1) ** 2)) < 0.02
+    np.testing.assert_allclose(found, expected, rtol=0.06)
