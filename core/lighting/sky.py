@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from .discs import frame, square_to_disc
@@ -41,8 +42,8 @@ class SkyLamp:
         if self.radiance.shape[:2] == (1, 1):
             return np.broadcast_to(np.pi * self.radiance[0, 0], points.shape)
         directions, weights = self._pixels
-        # Flat walls have few normals.
-        unique, which = np.unique(normals, axis=0, return_inverse=True)
+        # Flat walls have few normals; seven digits do for sums of thousands of pixels, in half the time.
+        unique, which = np.unique(normals.astype(np.float32), axis=0, return_inverse=True)
         light = np.zeros(unique.shape)
         rows = max(1, _PAIRS // len(directions))
         for start in range(0, len(unique), rows):
@@ -71,7 +72,7 @@ class SkyLamp:
         return np.asarray(self.radiance[row, column])
 
     @cached_property
-    def _pixels(self) -> tuple[FloatArray, FloatArray]:
+    def _pixels(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the directions of the picture's pixels, shape (h w, 3), and radiance times solid angle."""
         rows, columns = self.radiance.shape[:2]
         edge = np.sin(np.pi * (np.arange(rows + 1) / rows - 0.5))
@@ -80,4 +81,5 @@ class SkyLamp:
         flat, z = np.cos(height)[:, None], np.sin(height)[:, None]
         directions = np.stack(np.broadcast_arrays(flat * np.cos(turn), flat * np.sin(turn), z), axis=-1)
         solid = np.diff(edge)[:, None, None] * 2 * np.pi / columns
-        return directions.reshape(-1, 3), (solid * self.radiance).reshape(-1, 3)
+        weights = solid * self.radiance
+        return directions.reshape(-1, 3).astype(np.float32), weights.reshape(-1, 3).astype(np.float32)
