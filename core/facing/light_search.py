@@ -149,7 +149,7 @@ class LightSearch:
         return within
 
     def rooms(self, groups: BoolArray) -> BoolArray:
-        """Return which of some groups may be rooms, or walls of one: with light that starts inside, or flat and wide.
+        """Return which of some groups may be rooms, or walls of one: flat and wide, or with light that starts inside.
 
         What has no light of its own is a cup, a hat or a part of a head where it is rounded, and a sign or a slab where
         there is but a gap behind it: their outside matters.
@@ -157,8 +157,8 @@ class LightSearch:
         found = np.zeros_like(groups)
         for index in np.flatnonzero(groups):
             faces = np.flatnonzero(self._group == index)
-            inside = not keeps_dark(self._scene, faces, self._shape, self._starts.place)
-            found[index] = inside or (are_walls(self._scene, faces) and self._depth(int(index)) > SLAB)
+            wide = are_walls(self._scene, faces) and self._depth(int(index)) > SLAB
+            found[index] = wide or not keeps_dark(self._scene, faces, self._shape, self._starts.place)
         return found
 
     def _depth(self, group: int) -> float:
