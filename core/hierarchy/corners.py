@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The final gather: irradiance at the corners of the mesh itself, so that shadows stay sharp and no blocks show."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -122,12 +122,7 @@ def final_gather(
     blended = partial(smoothed, light=arriving, edges=edges, covered=covered, typical=typical)
     light = lamps + blended(glance.others, rounds=ROUNDS if few else _MANY_ROUNDS, near=near.mean(axis=1))
     if sky and above.any():
-        # What is hidden of the sky is alike for neighbours; how much there is to hide differs with the way they look.
-        bare = sky(corners.point, corners.normal, shadowed=False)
-        share = np.divide(above[:, :3], bare, out=np.zeros_like(bare), where=bare > 0)
-        scale = bare.mean(axis=0)
-        hidden = blended(share * scale, rounds=_MANY_ROUNDS, same=_SKY_SAME)
-        light += np.tile(np.divide(hidden, scale, out=hidden, where=scale > 0) * bare, 2)
+        light += _smoothed_sky(above, sky(corners.point, corners.normal, shadowed=False), blended)
     light = with_light_outside(np.where((covered & known)[:, None], around, light), outside)
     close = beside(glance.sights, corners.point, elements, GAP)
     # Most corners of a fine mesh have their neighbours' light: what is beside a few of them does not show.
@@ -159,6 +154,17 @@ def _from_lamps(corners: Corners, *lamps: DirectLight | None, dense: bool = Fals
             if lamp is not None:
                 light[part] += lamp(corners.point[part], corners.normal[part], dense=dense)
     return np.tile(light, 2)
+
+
+def _smoothed_sky(above: Float, bare: Float, blended: Callable[..., Float]) -> Float:
+    """Blend the light of the sky, shape (q, 6): neighbours see about the same share of it, whichever way they look.
+
+    Where nothing is in the way, `bare` arrives [W/m^2].
+    """
+    share = np.divide(above[:, :3], bare, out=np.zeros_like(bare), where=bare > 0)
+    scale = bare.mean(axis=0)
+    part = blended(share * scale, rounds=_MANY_ROUNDS, same=_SKY_SAME)
+    return np.tile(np.divide(part, scale, out=part, where=scale > 0) * bare, 2)
 
 
 def _need(corners: Corners, patches: Patches, elements: Elements, irradiance: Float, typical: float) -> Float:
