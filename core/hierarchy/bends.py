@@ -6,6 +6,7 @@ sends no ray below that face, whatever the normal: on the mean over the faces so
 and of the sky. Lamps and what emits it looks for, and nothing hides those from the vertex itself.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,12 +71,21 @@ class Bends:
             1 for receivers that are not bent.
         """
         asked = np.flatnonzero(self.bent[who])
-        first, count = self.first[who[asked]], np.diff(self.first)[who[asked]]
-        run, face = counted(count, first)
-        above = np.bincount(run, dots(self.normal[face], picked(way, asked[run])) > 0, len(asked))
         share = np.ones(len(who))
-        share[asked] = above / count
+        share[asked] = self.mean(who[asked], lambda some, up: dots(up, picked(way, asked[some])) > 0)
         return share
+
+    def mean(self, who: Int, over: Callable[[Int, Float], Float | NDArray[np.bool_]]) -> Float:
+        """Return the mean over the faces round receivers, shape (n,); one face of each is asked at a time.
+
+        `over` tells for some of `who`, which are bent, what each has over a face with such a normal.
+        """
+        first, count = self.first[who], np.diff(self.first)[who]
+        total = np.zeros(len(who))
+        for turn in range(int(np.max(count, initial=0))):
+            some = np.flatnonzero(turn < count)
+            total[some] += over(some, self.normal[first[some] + turn])
+        return total / np.maximum(count, 1)
 
 
 def find_bends(scene: Scene, normal: Float, group: Int) -> Bends:
@@ -144,15 +154,11 @@ def _above(receivers: Receivers, receiver: Int, node: Int, bends: Bends, sources
     to = picked(sources.centre, node) - picked(receivers.point, receiver)
     # What is below the receiver's own horizon it does not see anyway.
     seen = _risen(picked(receivers.normal, receiver), to, node, sources)
-    owner = receivers.index[receiver]
-    count = np.diff(bends.first)[owner]
-    total = np.zeros(len(node))
-    for turn in range(int(np.max(count, initial=0))):
-        which = np.flatnonzero(turn < count)
-        over = _risen(bends.normal[bends.first[owner[which]] + turn], to[which], node[which], sources)
-        total[which] += np.minimum(over / seen[which], 1)
-    share: Float = total / np.maximum(count, 1)
-    return share
+
+    def over(some: Int, up: Float) -> Float:
+        return np.minimum(_risen(up, to[some], node[some], sources) / seen[some], 1)
+
+    return bends.mean(receivers.index[receiver], over)
 
 
 def _risen(up: Float, to: Float, node: Int, sources: Sources) -> Float:
