@@ -15,8 +15,9 @@ from .lots import draw_lots
 from .quality import Detail
 from .rays import Sighting, visible_share
 from .receivers import Receivers
-from .rows import BRIGHT, Rows
+from .rows import BRIGHT, MUCH, Rows, merged
 from .scenery import Scenery
+from .thickets import most_links, thicket_rows
 from .tree import Float, Int
 from .vectors import picked
 
@@ -32,8 +33,6 @@ _FULL, _OVERFULL = 1.5, 2.0
 _MOST_BROUGHT = 8.0
 # A link that fills more than this of what is seen gets so many rays, at least, however dim it is.
 _LARGE, _LARGE_RAYS = 0.05, 8
-# What a receiver sees of an element for it to matter which part of it that is.
-_MUCH = 0.04
 # Links that carry less than this share of what would be opened are drawn by lot; what is dark counts as so bright, as a
 # share of a typical irradiance.
 _LOTS, _DIMMEST = 0.25, 0.25
@@ -58,17 +57,34 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     -------
     Rows
     """
-    sources = scenery.sources
+    thickets = scenery.thickets
     links = find_links(
         receivers,
         groups,
-        sources,
+        scenery.sources,
         scenery.brightness,
         angle=detail.angle,
         error=detail.error,
         uneven=scenery.uneven,
         need=need,
+        linked=None if thickets is None else thickets.linked,
+        most=most_links(detail),
     )
+    rows = _linked_rows(receivers, groups, links, scenery, detail, need)
+    if thickets is None or not links.thick.any():
+        return rows
+    return merged(
+        rows,
+        thicket_rows(receivers, groups, links, scenery.sources.tree, scenery.occluders, thickets, detail),
+        receivers,
+    )
+
+
+def _linked_rows(
+    receivers: Receivers, groups: Int, links: Links, scenery: Scenery, detail: Detail, need: Float | None
+) -> Rows:
+    """Compute the rows of links, otherwise as `build_rows`."""
+    sources = scenery.sources
     count = np.diff(receivers.first)[links.group]
     pair, receiver = counted(count, receivers.first[links.group])
     node = links.node[pair]
@@ -87,7 +103,7 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     sums = _sums(receivers, groups, receiver, (filled * halved).astype(np.float32), scenery.brightness[node] > BRIGHT)
     # On a curved surface most of what is close by is behind the horizon of all.
     kept = np.bincount(pair[weight > 0], minlength=len(count)) > 0
-    much = weight[shining[large]] > _MUCH
+    much = weight[shining[large]] > MUCH
     large, middle = (np.cumsum(kept[pair]) - 1)[shining[large[much]]], seen.middle[much]
     weight, count, group, node = weight[kept[pair]], count[kept], links.group[kept], links.node[kept]
     first = np.searchsorted(group, np.append(groups, np.iinfo(np.int64).max))
@@ -120,7 +136,7 @@ def _through(
     carried = weight * scenery.brightness[node] * wanted
     rays = np.clip(np.ceil(carried / detail.ray), 1, detail.most_rays).astype(np.int64)
     rays = np.where(weight > _LARGE, np.maximum(rays, _LARGE_RAYS), rays)
-    large = np.flatnonzero((weight > _MUCH) & (sources.tree.child[node] < 0))
+    large = np.flatnonzero((weight > MUCH) & (sources.tree.child[node] < 0))
     seen = visible_share(
         receivers.point, receivers.normal, receiver, node, rays, large, scenery.targets, scenery.occluders
     )

@@ -9,6 +9,7 @@ from .links import find_links
 from .quality import Detail
 from .receivers import Receivers
 from .scenery import Scenery
+from .thickets import most_links, rays_of
 
 # Groups that tell what all will take: they differ by half, so that so many are an eighth off.
 _ASKED = 16
@@ -46,8 +47,12 @@ def links_memory(receivers: Receivers, scenery: Scenery, detail: Detail) -> int:
         angle=detail.angle,
         error=detail.error,
         uneven=scenery.uneven,
+        linked=None if scenery.thickets is None else scenery.thickets.linked,
+        most=most_links(detail),
     )
     held = _NODE * len(links.group) + _WEIGHT * int(count[links.group].sum())
+    met = rays_of(detail) * count[groups[links.thick]]
+    held += int((_NODE * met + _WEIGHT * met * count[groups[links.thick]]).sum())
     return round(held * count.sum() / count[groups].sum())
 
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..occlusion.shared_out import SharedOut
 from ..progress import Progress
 from .bends import Bends, over_horizons
 from .exchange import stream_rows
 from .linking import closures
-from .probes import points_shut_in, receivers_shut_in
+from .probes import all_shut_in, points_shut_in
 from .quality import Detail, Quality
 from .receivers import group_receivers, group_size
 from .rows import BRIGHT, gather
@@ -162,13 +163,14 @@ def glance_at(
         yield Progress(STAGE, (int(rows.group[-1]) + 1) / len(receivers))
     gathered, sums = np.concatenate(parts), np.concatenate(row_sums)
     # Where some see a way out, others may have missed it: what is closed would show beside what is not.
-    shut = receivers_shut_in(receivers, elements.corners, scenery.occluders)
-    closure = closures(sums, shut & shut.all(), detail)
+    asked = SharedOut(scenery.occluders, workers)
+    shut = all_shut_in(receivers, elements.corners, asked)
+    closure = closures(sums, np.full(count, shut), detail)
     bright, others = np.zeros((count, width)), np.zeros((count, width))
     bright[receivers.index] = scale * gathered[:, :width]
     others[receivers.index] = scale * closure[:, None] * gathered[:, width:]
     covered, alone = np.zeros(count, bool), np.zeros(count, bool)
     dark = receivers.index[sums[:, 0] + closure * sums[:, 1] < COVERED]
-    covered[dark] = points_shut_in(point[dark], normal[dark], elements.corners, scenery.occluders)
+    covered[dark] = points_shut_in(point[dark], normal[dark], elements.corners, asked)
     alone[dark] = True
     return Glance(bright, others, covered, alone, joined(sights), links, rays)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..occlusion.shared_out import SharedOut
 from ..progress import Progress
 from .elements import Elements
 from .exchange import build_rows, stream_rows, tasks
@@ -72,11 +73,17 @@ def hierarchical_transport(
         done += len(part.group)
         check_memory(rows, done / len(receivers))
         yield Progress(STAGE, done / len(receivers))
-    return linked(elements, samples, scenery, receivers, rows, detail)
+    return linked(elements, samples, scenery, receivers, rows, detail, workers)
 
 
 def linked(
-    elements: Elements, samples: Samples, scenery: Scenery, receivers: Receivers, rows: list[Rows], detail: Detail
+    elements: Elements,
+    samples: Samples,
+    scenery: Scenery,
+    receivers: Receivers,
+    rows: list[Rows],
+    detail: Detail,
+    workers: Executor,
 ) -> HierarchicalTransport:
     """Put rows together: add them up, close those of closed rooms, and see what arrives.
 
@@ -91,6 +98,7 @@ def linked(
         For all groups of receivers, in order; their closed ones take their places.
     detail : Detail
         That they were made with.
+    workers : concurrent.futures.Executor
 
     Returns
     -------
@@ -101,7 +109,8 @@ def linked(
     sums = np.zeros((len(samples), 2))
     sums[receivers.index] = np.concatenate([part.sums for part in rows])
     shut = np.zeros(len(samples), bool)
-    shut[receivers.index] = receivers_shut_in(receivers, elements.corners, scenery.occluders)
+    asked = SharedOut(scenery.occluders, workers)
+    shut[receivers.index] = receivers_shut_in(receivers, elements.corners, asked)
     closure = closures(sums, shut, detail)
     total = _shares(sums, closure, detail)[samples.cluster]
     lamp = scenery.sources.tree.at_elements(bright)

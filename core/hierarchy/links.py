@@ -30,6 +30,8 @@ _WITHIN = 0.3
 # A wide cluster may be as near as its radius over this, at any quality: its nearest and its farthest parts are seen by
 # one ray. One that carries this many times less may be nearer.
 _WIDE, _FAINT = 0.4, 16.0
+# What a group might see comes to so many times all that there is round it, at least, in a thicket.
+_DENSE = 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +45,15 @@ class Links:
         An estimate, rather high, by the group's centre.
     near : ndarray of shape (k,)
         True for leaves so close that only the exact kernel will do.
+    thick : ndarray of shape (g,)
+        Groups in thickets: of what they see only some is linked.
     """
 
     group: Int
     node: Int
     form_factor: Float
     near: NDArray[np.bool_]
+    thick: NDArray[np.bool_]
 
 
 def find_links(
@@ -61,6 +66,8 @@ def find_links(
     error: float,
     uneven: Float | None = None,
     need: Float | None = None,
+    linked: NDArray[np.bool_] | None = None,
+    most: int = 0,
 ) -> Links:
     """Walk the hierarchy for some groups.
 
@@ -80,6 +87,10 @@ def find_links(
         How much the parts of each node differ in brightness, see `unevenness`; not at all when not given.
     need : ndarray of shape (groups of `receivers`,), optional
         How many times as much an error counts at each group as where light is typical.
+    linked : ndarray of shape (m,), optional
+        Nodes that groups in thickets are linked to, too; when not given there are no thickets.
+    most : int
+        Links that a group has everywhere else, however much it might see.
 
     Returns
     -------
@@ -88,9 +99,14 @@ def find_links(
     tree = sources.tree
     g, s = groups, np.zeros(len(groups), np.int64)
     found: list[tuple[Int, Int, Float, NDArray[np.bool_]]] = []
+    crowd = _Crowd(groups, most)
     while len(g):
         seen, form_factor, radius, apart = _look(receivers, g, sources, s)
         g, s, form_factor, radius, apart = g[seen], s[seen], form_factor[seen], radius[seen], apart[seen]
+        if linked is not None:
+            crowd.count(g, form_factor)
+            kept = linked[s] | ~crowd.thick[g - groups[0]]
+            g, s, form_factor, radius, apart = g[kept], s[kept], form_factor[kept], radius[kept], apart[kept]
         leaf = tree.child[s] < 0
         carried = form_factor * brightness[s] if need is None else form_factor * brightness[s] * need[g]
         # A curved cluster's points are centroids, not Gauss's: as good as those of a flat one twice as large.
@@ -105,10 +121,37 @@ def find_links(
             fine &= amiss * uneven[s] * carried < error
         done = leaf | fine
         found.append((g[done], s[done], form_factor[done], ~fine[done]))
+        crowd.keep(g[done], form_factor[done])
         g, s = np.repeat(g[~done], 2), np.column_stack((tree.child[s[~done]], tree.child[s[~done]] + 1)).ravel()
     group, node, form_factor, near = (np.concatenate(part) for part in zip(*found, strict=True))
+    thick = crowd.thick[groups - groups[0]] if len(groups) else np.zeros(0, bool)
     order = np.lexsort((node, group))
-    return Links(group[order], node[order], form_factor[order], near[order])
+    if linked is not None and thick.any():
+        order = order[(linked[node] | ~crowd.thick[group - groups[0]])[order]]
+    return Links(group[order], node[order], form_factor[order], near[order], thick)
+
+
+class _Crowd:
+    """Counts what groups might see, level by level."""
+
+    def __init__(self, groups: Int, most: int) -> None:
+        self._first, self._most = int(groups[0]) if len(groups) else 0, most
+        count = int(groups[-1]) - self._first + 1 if len(groups) else 0
+        self._held, self._filled = np.zeros(count), np.zeros(count)
+        self.thick = np.zeros(count, bool)
+
+    def count(self, group: Int, form_factor: Float) -> None:
+        """Tell who has too many pairs on a level, with those that are links by now."""
+        at = group - self._first
+        pairs = self._held + np.bincount(at, minlength=len(self._held))
+        filled = self._filled + np.bincount(at, form_factor, len(self._held))
+        self.thick |= (pairs > self._most) & (filled > _DENSE)
+
+    def keep(self, group: Int, form_factor: Float) -> None:
+        """Count links."""
+        at = group - self._first
+        self._held += np.bincount(at, minlength=len(self._held))
+        self._filled += np.bincount(at, form_factor, len(self._held))
 
 
 def unevenness(sources: Sources, brightness: Float) -> Float:

@@ -14,6 +14,8 @@ from .vectors import across
 # Directions that each is probed in, and in how many rounds. An opening that fills a twentieth of what is seen must not
 # slip through: its light would be made up by that of the walls around it.
 _PROBES, _ROUNDS = 96, 8
+# Groups that are asked first whether any of all sees a way out.
+_FEW = 256
 # Directions that tell whether a point is inside of something, and the share that then meets sides without light.
 _LOOKS, _MOST = 12, 0.5
 
@@ -21,6 +23,22 @@ _LOOKS, _MOST = 12, 0.5
 def receivers_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
     """Probe receivers group by group; parameters and result as of `groups_shut_in`, in the receivers' order."""
     return groups_shut_in(receivers.point, receivers.normal, receivers.first, corners, occluders)
+
+
+def all_shut_in(receivers: Receivers, corners: Float, occluders: Occluders) -> bool:
+    """Return whether no receiver sees a way out; parameters as of `receivers_shut_in`.
+
+    Once one has found some, nobody else is asked.
+    """
+    first, asked = 0, _FEW
+    while first < len(receivers):
+        last = min(first + asked, len(receivers))
+        if not groups_shut_in(
+            receivers.point, receivers.normal, receivers.first[first : last + 1], corners, occluders
+        ).all():
+            return False
+        first, asked = last, 4 * asked
+    return True
 
 
 def groups_shut_in(point: Float, normal: Float, first: Int, corners: Float, occluders: Occluders) -> NDArray[np.bool_]:
@@ -87,16 +105,29 @@ def points_among_dark(
     if len(asked):
         axis = np.repeat(normal[asked, None], _LOOKS, axis=1)
         start = np.repeat(point[asked, None], _LOOKS, axis=1)
-        seen = points_facing_dark(start.reshape(-1, 3), _ways(axis).reshape(-1, 3), sides, occluders)
+        seen = points_facing_dark(start.reshape(-1, 3), ways_round(axis).reshape(-1, 3), sides, occluders)
         dark[asked] = seen.reshape(-1, _LOOKS).mean(axis=1) >= _MOST
     return dark
 
 
-def _ways(axis: Float) -> Float:
-    """Return directions round axes of shape (k, n, 3), as much as each counts, and even round the axis."""
+def ways_round(axis: Float, number: Int | None = None) -> Float:
+    """Return directions round axes: as many as each counts, by Lambert's cosine, and even round the axis.
+
+    Parameters
+    ----------
+    axis : ndarray of shape (k, n, 3)
+        Unit length, n times the same.
+    number : ndarray of shape (k,), optional
+        By which they are turned; by default they are counted.
+
+    Returns
+    -------
+    ndarray of shape (k, n, 3)
+    """
     probes = axis.shape[1]
     cosine = np.sqrt((np.arange(probes) + 0.5) / probes)
-    angle = 2 * np.pi * GOLDEN * np.arange(len(axis) * probes).reshape(-1, probes)
+    number = np.arange(len(axis)) if number is None else number
+    angle = 2 * np.pi * GOLDEN * (number[:, None] * probes + np.arange(probes))
     t = across(axis)
     b = np.cross(axis, t)
     sine = np.sqrt(1 - cosine * cosine)
@@ -111,7 +142,7 @@ def _shut_in(origin: Float, axis: Float, corners: Float, occluders: Occluders) -
         return np.zeros(0, bool)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     far = 4 * float(np.sqrt(((high - low) ** 2).sum())) + 1e-300
-    way = _ways(axis)
+    way = ways_round(axis)
     shut = np.ones(len(axis), bool)
     # A few at a time: who has found a way out needs no more.
     for few in range(_ROUNDS):

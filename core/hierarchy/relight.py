@@ -191,7 +191,7 @@ def refine(lit: Lit, patches: Patches, detail: Detail, workers: Executor) -> Gen
         yield Progress("Links", (done + 1) / len(stale))
     if not stale:
         return lit, 0
-    renewed = linked(elements, transport.samples, scenery, transport.receivers, rows, detail)
+    renewed = linked(elements, transport.samples, scenery, transport.receivers, rows, detail, workers)
     renewed = renewed.balanced(lit.solution.radiosity)
     return replace(lit, transport=renewed, scenery=scenery), sum(len(rows[index].group) for index in stale)
 

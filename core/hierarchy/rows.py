@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..runs import counted
 from .kernels import Single
 from .receivers import Receivers
 from .tree import Float, Int
@@ -14,6 +15,8 @@ from .vectors import picked
 
 # Nodes this many times as bright as is typical need no putting right.
 BRIGHT = 12.0
+# What a receiver sees of an element for it to matter which part of it that is.
+MUCH = 0.04
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +62,42 @@ class Rows:
             nodes = self.node[self.first[index] : self.first[index + 1]]
             weight = self.weight[self.begin[index] : self.begin[index + 1]]
             yield run, nodes, weight.reshape(len(nodes), run.stop - run.start)
+
+
+def merged(one: Rows, other: Rows, receivers: Receivers) -> Rows:
+    """Return rows of the same groups as rows that hold the links of both.
+
+    Parameters
+    ----------
+    one, other : Rows
+    receivers : Receivers
+
+    Returns
+    -------
+    Rows
+    """
+    count = np.diff(receivers.first)[one.group]
+    at = np.concatenate([np.repeat(np.arange(len(count)), np.diff(rows.first)) for rows in (one, other)])
+    order = np.argsort(at, kind="stable")
+    begin = np.cumsum(count[at]) - count[at]
+    link, place = counted(count[at[order]])
+    # Which weight comes to which place, and the other way round.
+    source = begin[order][link] + place
+    goal = np.empty_like(source)
+    goal[source] = np.arange(len(source))
+    large = goal[np.concatenate((one.large, len(one.weight) + other.large))]
+    rising = np.argsort(large)
+    return Rows(
+        group=one.group,
+        first=one.first + other.first,
+        node=np.concatenate((one.node, other.node))[order],
+        begin=one.begin + other.begin,
+        weight=np.concatenate((one.weight, other.weight))[source],
+        sums=one.sums + other.sums,
+        large=large[rising],
+        middle=np.concatenate((one.middle, other.middle))[rising],
+        rays=one.rays + other.rays,
+    )
 
 
 def gather(rows: Rows, receivers: Receivers, radiosity: Float) -> Float:

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..visibility import Surroundings
+from .element_hits import ElementHits
 from .elements import Elements
 from .links import unevenness
 from .source_points import SourcePoints
 from .sources import Sources, build_sources
+from .thickets import Thickets, find_thickets
 from .tree import Float
 
 # Stops of brightness, about a typical one, that clusters are told apart by.
@@ -34,6 +36,8 @@ class Scenery:
         How much the parts of each node differ from it in that.
     targets : SourcePoints
     occluders : Surroundings
+    thickets : Thickets or None
+        None where every receiver is linked to all that it sees.
     """
 
     sources: Sources
@@ -41,6 +45,7 @@ class Scenery:
     uneven: Float
     targets: SourcePoints
     occluders: Surroundings
+    thickets: Thickets | None = None
 
 
 def build_scenery(
@@ -50,6 +55,7 @@ def build_scenery(
     occluders: Surroundings,
     known: Float | None = None,
     workers: Executor | None = None,
+    hits: ElementHits | None = None,
 ) -> Scenery:
     """Cluster elements by where they are and how bright they may be.
 
@@ -65,6 +71,8 @@ def build_scenery(
         What of it is no guess: what is alike in that is clustered. Rooms that no lamp shines into stay for themselves.
     workers : concurrent.futures.Executor, optional
         See `build_tree`.
+    hits : ElementHits, optional
+        What rays meet of the elements, for receivers in thickets.
 
     Returns
     -------
@@ -77,18 +85,22 @@ def build_scenery(
     shade[told < _UNLIT] = 2 * _DARKEST
     measures = elements.corners, elements.centre, elements.normal, elements.area
     sources = build_sources(*measures, shade, workers, elements.solid)
-    return _scenery(sources, elements, bright, occluders)
+    return _scenery(sources, elements, bright, occluders, hits)
 
 
 def relit(scenery: Scenery, elements: Elements, radiosity: Float, typical: float) -> Scenery:
     """Return the same clusters under other light; parameters as for `build_scenery`."""
-    return _scenery(scenery.sources, elements, radiosity.mean(axis=1) / typical, scenery.occluders)
+    hits = None if scenery.thickets is None else scenery.thickets.hits
+    return _scenery(scenery.sources, elements, radiosity.mean(axis=1) / typical, scenery.occluders, hits)
 
 
-def _scenery(sources: Sources, elements: Elements, bright: Float, occluders: Surroundings) -> Scenery:
+def _scenery(
+    sources: Sources, elements: Elements, bright: Float, occluders: Surroundings, hits: ElementHits | None
+) -> Scenery:
     targets = SourcePoints(sources, elements.corners, elements.area * (bright + _FAINT))
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
-    return Scenery(sources, brightness, unevenness(sources, brightness), targets, occluders)
+    thickets = find_thickets(sources.tree, brightness, hits) if hits else None
+    return Scenery(sources, brightness, unevenness(sources, brightness), targets, occluders, thickets)
 
 
 def node_means(sources: Sources, area: Float, radiosity: Float) -> Float:

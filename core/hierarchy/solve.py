@@ -22,6 +22,7 @@ from ..translucence import Translucence, piece_translucence
 from ..visibility import Surroundings
 from .bounces import bounces
 from .clustering import choose_samples
+from .element_hits import ElementHits
 from .elements import Elements, split_patches
 from .first_look import STAGE as FIRST_LOOK
 from .first_look import Look, ambient_guess, first_look, typical_irradiance
@@ -91,6 +92,7 @@ def solve(
     workers: Executor,
     *,
     sides: NDArray[np.uint8] | None = None,
+    occludes: NDArray[np.bool_] | None = None,
     direct: DirectLight | None = None,
     sky: DirectLight | None = None,
     lamps: Sequence[Lamp] = (),
@@ -108,6 +110,8 @@ def solve(
         Who computes; the result does not depend on it, bit for bit.
     sides : ndarray of shape (f,), optional
         Which sides of all faces that block have light, see `Scene`; their fronts when not given.
+    occludes : ndarray of shape (f,), optional
+        Which faces block; all when not given.
     direct, sky : callable, optional
         Light of lamps that are no elements, and of the sky.
     lamps : sequence of Lamp, optional
@@ -147,8 +151,10 @@ def solve(
     samples = choose_samples(elements, asked, quality.samples, around, finer=fewer)
     few = choose_samples(elements, asked, _FEW, around, finer=samples)
     # A few samples tell where the light is, and the links are made for that.
-    radiosity, typical = yield from _rough_light(few, look, H0, through, occluders, workers, iterations)
-    scenery = build_scenery(elements, radiosity, typical, occluders, workers=workers)
+    blocks = np.ones(len(elements), bool) if occludes is None else occludes[patches.face[elements.patch]]
+    hits = ElementHits(elements.corners, blocks)
+    radiosity, typical = yield from _rough_light(few, look, H0, through, occluders, hits, workers, iterations)
+    scenery = build_scenery(elements, radiosity, typical, occluders, workers=workers, hits=hits)
     yield Progress(LINKS, 0.0)
     transport, solution = yield from bounces(
         samples, scenery, look, H0, through, radiosity, quality.solve, workers, iterations, tolerance
@@ -166,13 +172,14 @@ def _rough_light(
     direct: Float,
     through: Translucence | None,
     occluders: Surroundings,
+    hits: ElementHits,
     workers: Executor,
     iterations: int,
 ) -> Generator[Progress, None, tuple[Float, float]]:
     """Solve for a few samples, and keep nothing but the radiosity of all elements and a typical irradiance [W/m^2]."""
     elements = look.elements
     guess, known, typical = ambient_guess(elements, direct, look, through)
-    scenery = build_scenery(elements, guess, typical, occluders, known, workers)
+    scenery = build_scenery(elements, guess, typical, occluders, known, workers, hits)
     steps = bounces(samples, scenery, look, direct, through, guess, _COARSE, workers, iterations, _COARSELY)
     transport, solution = yield from renamed(steps, FIRST_LOOK)
     typical = typical_irradiance(elements, solution.irradiance, transport.row_sums()) or typical

@@ -85,6 +85,7 @@ def hierarchical(
             quality,
             workers,
             sides=scene.sides,
+            occludes=scene.occludes,
             direct=roughly,
             sky=up,
             lamps=near,

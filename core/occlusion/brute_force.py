@@ -80,6 +80,10 @@ class BruteForceOccluders:
             front[part] = hit & (rise[row, first] < 0)
         return face, distance, front
 
+    def any_nearest(self, origins: FloatArray, directions: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
+        """Return the same; of several faces at one place it may be any of them."""
+        return self.nearest(origins, directions)
+
     def _parts(self, count: int) -> Iterator[slice]:
         """Yield the segments in parts; none when there is nothing to hit."""
         if len(self._face):

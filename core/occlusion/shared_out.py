@@ -14,8 +14,8 @@ from ..workers import in_order
 if TYPE_CHECKING:
     from ..visibility import Surroundings
 
-# Segments that a worker is asked at a time: as many as go down a tree together.
-_PART = 1 << 17
+# Segments that a worker is asked at a time: as many as go down a tree together, or so many parts of fewer.
+_PART, _PARTS, _LEAST = 1 << 17, 4, 1 << 13
 # Parts that are asked ahead of the one that is waited for.
 _AHEAD = 8
 
@@ -36,14 +36,15 @@ class SharedOut:
 
     def blocked(self, origins: FloatArray, targets: FloatArray) -> BoolArray:
         """Return for each segment, shape (m,), whether a surface crosses it; see `Occluders`."""
-        if len(origins) <= _PART:
+        size = min(_PART, max(_LEAST, -(-len(origins) // _PARTS)))
+        if len(origins) <= size:
             return self._surroundings.blocked(origins, targets)
 
         def ask(first: int) -> BoolArray:
-            part = slice(first, first + _PART)
+            part = slice(first, first + size)
             return self._surroundings.blocked(origins[part], targets[part])
 
-        return np.concatenate(list(in_order(self._workers, ask, range(0, len(origins), _PART), _AHEAD)))
+        return np.concatenate(list(in_order(self._workers, ask, range(0, len(origins), size), _AHEAD)))
 
     def nearest(self, origins: FloatArray, directions: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Return face, distance and side of what rays hit first; see `BruteForceOccluders.nearest`."""

@@ -136,6 +136,17 @@ def separate_polygons(scene: Scene, chosen: BoolArray) -> Occluding:
     return _halved(scene.vertices, quads, whole.face[part], np.zeros(len(quads)))
 
 
+def loose_polygons(quads: FloatArray) -> Occluding:
+    """Return quads, shape (n, 4, 3) [m], that block each for itself; a triangle repeats its last corner."""
+    index = np.arange(4 * len(quads)).reshape(-1, 4)
+    a, b, c, d = (quads[:, k] for k in range(4))
+    normal = np.cross(c - a, d - b)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    # A trapezoid is no parallelogram either, but flat.
+    off_plane = 0.25 * np.abs(((a - b + c - d) * normal).sum(axis=1))
+    return _halved(quads.reshape(-1, 3), index, np.arange(len(quads)), off_plane)
+
+
 def never_block(vertices: FloatArray, triangles: IntArray, tolerance: float) -> BoolArray:
     """Find triangles in whose plane the scene ends: no segment between two of its points crosses them.
 
