@@ -31,7 +31,7 @@ _WITHIN = 0.3
 # one ray. One that carries this many times less may be nearer.
 _WIDE, _FAINT = 0.4, 16.0
 # What a group might see comes to so many times all that there is round it, at least, in a thicket.
-_DENSE = 8.0
+_DENSE = 4.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..lighting.kinds import Lamp
 from ..meshing import Patches
+from ..occlusion.blender_tree import in_blender
 from ..occlusion.shared_out import SharedOut
 from ..progress import Progress, renamed
 from ..solution import Solution
@@ -152,7 +153,7 @@ def solve(
     few = choose_samples(elements, asked, _FEW, around, finer=samples)
     # A few samples tell where the light is, and the links are made for that.
     blocks = np.ones(len(elements), bool) if occludes is None else occludes[patches.face[elements.patch]]
-    hits = ElementHits(elements.corners, blocks)
+    hits = ElementHits(elements.corners, blocks) if in_blender() else None
     radiosity, typical = yield from _rough_light(few, look, H0, through, occluders, hits, workers, iterations)
     scenery = build_scenery(elements, radiosity, typical, occluders, workers=workers, hits=hits)
     yield Progress(LINKS, 0.0)
@@ -172,7 +173,7 @@ def _rough_light(
     direct: Float,
     through: Translucence | None,
     occluders: Surroundings,
-    hits: ElementHits,
+    hits: ElementHits | None,
     workers: Executor,
     iterations: int,
 ) -> Generator[Progress, None, tuple[Float, float]]:

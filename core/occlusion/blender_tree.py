@@ -10,6 +10,15 @@ from .surfaces import GROWTH, MARGIN, Occluding
 _STEP = 1e-7
 
 
+def in_blender() -> bool:
+    """Return whether there is Blender's tree: without it single rays take as long as there are surfaces."""
+    try:
+        import mathutils  # noqa: F401
+    except ModuleNotFoundError:
+        return False
+    return True
+
+
 class BVHOccluders:
     """Segments against Blender's own tree of boxes, `mathutils.bvhtree.BVHTree`, one after the other.
 

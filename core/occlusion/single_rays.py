@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Who is asked for single rays: Blender's tree where there is a Blender, every surface one by one elsewhere."""
 
-from .blender_tree import BVHOccluders
+from .blender_tree import BVHOccluders, in_blender
 from .brute_force import BruteForceOccluders
 from .surfaces import Occluding
 
@@ -20,7 +20,4 @@ def single_rays(occluding: Occluding) -> SingleRays:
     -------
     BVHOccluders or BruteForceOccluders
     """
-    try:
-        return BVHOccluders(occluding)
-    except ModuleNotFoundError:
-        return BruteForceOccluders(occluding)
+    return BVHOccluders(occluding) if in_blender() else BruteForceOccluders(occluding)
