@@ -23,7 +23,9 @@ from .tree import Float, Int, Tree
 
 # A ray stands for this share of what gets one more ray of a link.
 _SHARE = 0.25
-# Links that a receiver may have for each of those rays before they are the quicker way.
+# ... and there are so many at least: the few samples that tell roughly where light is speak for all.
+_LEAST = 100
+# Links that a receiver may have for each ray before rays are the quicker way.
 _WORTH = 4
 
 
@@ -67,7 +69,7 @@ def find_thickets(tree: Tree, brightness: Float, hits: ElementHits) -> Thickets:
 
 def rays_of(detail: Detail) -> int:
     """Return how many rays a receiver in a thicket casts."""
-    return round(1 / (_SHARE * detail.ray))
+    return max(round(1 / (_SHARE * detail.ray)), _LEAST)
 
 
 def most_links(detail: Detail) -> int:
