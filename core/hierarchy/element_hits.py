@@ -2,13 +2,32 @@
 """Which elements rays meet first: what a receiver sees, told without asking for all that it might see."""
 
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..occlusion.single_rays import SingleRays, single_rays
-from ..occlusion.surfaces import loose_polygons
+from ..occlusion.surfaces import MARGIN, loose_polygons
 from .tree import Float, Int
+
+# Two sides of one sheet that are cut differently are met at one place, up to this share of the scene's size.
+_SAME = 2 * MARGIN
+
+
+class Sheets(NamedTuple):
+    """Elements, one for both sides of a sheet where those are cut alike."""
+
+    rays: SingleRays
+    element: Int  # (s,)
+    other: Int  # (s,), on the other side, -1 for none
+
+    def met(self, origins: Float, ways: Float) -> tuple[Int, Float]:
+        """Return what rays meet, see `ElementHits.met`."""
+        sheet, distance, front = self.rays.any_nearest(origins, ways)
+        # Nothing is the last.
+        found = np.where(front, np.append(self.element, -1)[sheet], np.append(self.other, -1)[sheet])
+        return found, distance
 
 
 class ElementHits:
@@ -18,30 +37,26 @@ class ElementHits:
     ----------
     corners : ndarray of shape (n, 4, 3)
         Of the elements [m].
-    blocks : ndarray of shape (n,)
-        Which of them are of surfaces that block.
+    face : ndarray of shape (n,)
+        The face of the scene that each is a part of.
+    side : ndarray of shape (n,)
+        1 on its front, -1 on its back.
+    blocks : ndarray of shape (n,), optional
+        Which of them are of surfaces that block; all when not given.
 
     Attributes
     ----------
     blocks : ndarray of shape (n,)
     """
 
-    def __init__(self, corners: Float, blocks: NDArray[np.bool_]) -> None:
-        self._corners, self.blocks = corners, blocks
+    def __init__(
+        self, corners: Float, face: Int, side: NDArray[np.int8], blocks: NDArray[np.bool_] | None = None
+    ) -> None:
+        self._corners, self._face, self._side = corners, face, side
+        self.blocks = np.ones(len(corners), bool) if blocks is None else blocks
+        self._same = _SAME * float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0))) if len(corners) else 0.0
         self._making = Lock()
-        self._made: tuple[SingleRays, Int, Int] | None = None
-
-    def _sheets(self) -> tuple[SingleRays, Int, Int]:
-        """Return what rays meet, the element that each sheet of it is, and the one on its other side, -1 for none."""
-        # Whoever asks first makes them, and the others wait.
-        with self._making:
-            if self._made is None:
-                which = np.flatnonzero(self.blocks)
-                first, other = _both_sides(self._corners[which])
-                element = which[first]
-                rays = single_rays(loose_polygons(self._corners[element]))
-                self._made = rays, element, np.append(which, -1)[other]
-            return self._made
+        self._made: list[Sheets] | None = None
 
     def met(self, origins: Float, ways: Float) -> tuple[Int, Float]:
         """Return what rays meet first.
@@ -58,10 +73,31 @@ class ElementHits:
         distance : ndarray of shape (m,)
             Infinite where nothing is met [m].
         """
-        rays, element, other = self._sheets()
-        sheet, distance, front = rays.any_nearest(origins, ways)
-        found = np.where(front, np.append(element, -1)[sheet], np.append(other, -1)[sheet])
-        return found, distance
+        first, *more = self._sheets()
+        element, distance = first.met(origins, ways)
+        for sheets in more:
+            another, there = sheets.met(origins, ways)
+            # A side that faces the ray is before one at the same place that does not.
+            nearer = there - self._same * (another >= 0) < distance - self._same * (element >= 0)
+            element, distance = np.where(nearer, another, element), np.where(nearer, there, distance)
+        return element, distance
+
+    def _sheets(self) -> list[Sheets]:
+        """Return everything that blocks, and by themselves backs that are not cut as their fronts are."""
+        # Whoever asks first makes them, and the others wait.
+        with self._making:
+            if self._made is None:
+                which = np.flatnonzero(self.blocks)
+                first, other = _both_sides(self._corners[which])
+                element, other = which[first], np.append(which, -1)[other]
+                back, alone = self._side[element] < 0, other < 0
+                apart = alone & back & np.isin(self._face[element], self._face[element[alone & ~back]])
+                self._made = [self._grown(element[part], other[part]) for part in (~apart, apart) if part.any()]
+                self._made = self._made or [self._grown(element, other)]
+            return self._made
+
+    def _grown(self, element: Int, other: Int) -> Sheets:
+        return Sheets(single_rays(loose_polygons(self._corners[element])), element, other)
 
 
 def _both_sides(corners: Float) -> tuple[Int, Int]:

@@ -152,8 +152,7 @@ def solve(
     samples = choose_samples(elements, asked, quality.samples, around, finer=fewer)
     few = choose_samples(elements, asked, _FEW, around, finer=samples)
     # A few samples tell where the light is, and the links are made for that.
-    blocks = np.ones(len(elements), bool) if occludes is None else occludes[patches.face[elements.patch]]
-    hits = ElementHits(elements.corners, blocks) if in_blender() else None
+    hits = _element_hits(elements, patches, occludes) if in_blender() else None
     radiosity, typical = yield from _rough_light(few, look, H0, through, occluders, hits, workers, iterations)
     scenery = build_scenery(elements, radiosity, typical, occluders, workers=workers, hits=hits)
     yield Progress(LINKS, 0.0)
@@ -165,6 +164,12 @@ def solve(
     straight = look.irradiance(transport.sums)
     rays = look.rays + transport.rays
     return Lit(elements, transport, solution, H0, look.emission, straight, scenery, look.scenery, through, sides, rays)
+
+
+def _element_hits(elements: Elements, patches: Patches, occludes: NDArray[np.bool_] | None) -> ElementHits:
+    """Return what tells which elements rays meet."""
+    face, side = patches.face[elements.patch], patches.side[elements.patch]
+    return ElementHits(elements.corners, face, side, None if occludes is None else occludes[face])
 
 
 def _rough_light(

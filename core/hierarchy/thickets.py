@@ -7,6 +7,7 @@ rays pass through, is linked as everywhere else.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,32 +108,18 @@ def thicket_rows(
     Rows
     """
     rays, count = rays_of(detail), np.diff(receivers.first)[groups]
-    thick = np.flatnonzero(links.thick)
-    at, receiver = counted(count[thick], receivers.first[groups[thick]])
-    way = ways_round(np.repeat(receivers.normal[receiver, None], rays, axis=1), receiver).reshape(-1, 3)
-    receiver, at = np.repeat(receiver, rays), np.repeat(thick[at], rays)
-    origin = receivers.point[receiver]
-    element, distance = thickets.hits.met(origin, way)
-    leaf = np.append(thickets.leaf, -1)[element]
-    met = np.flatnonzero(leaf >= 0)
-    met = met[~_held(links, groups[at[met]], leaf[met], tree)]
-    receiver, at, leaf = receiver[met], at[met], leaf[met]
-    place = origin[met] + distance[met, None] * way[met]
-    share, left = dimmed(origin[met], place, np.ones(len(met), bool), occluders)
+    seen = _looked_round(receivers, groups, links, tree, occluders, thickets, rays)
     # One link for all rays of a group that meet the same element.
-    key, link = np.unique(at * len(tree.child) + leaf, return_inverse=True)
+    key, link = np.unique(seen.at * len(tree.child) + seen.leaf, return_inverse=True)
     own, node = np.divmod(key, len(tree.child))
     begin = np.cumsum(count[own]) - count[own]
-    slot = begin[link.reshape(-1)] + receiver - receivers.first[groups[at]]
+    slot = begin[link.reshape(-1)] + seen.receiver - receivers.first[groups[seen.at]]
     total = int(count[own].sum())
-    weight = np.bincount(slot, share / rays, total)
+    weight = np.bincount(slot, seen.share, total)
     large = np.flatnonzero(weight > MUCH)
-    middle = np.stack(
-        [np.bincount(slot, share / rays * axis, total)[large] / weight[large] for axis in place.T], axis=1
-    )
-    row = receiver - receivers.first[groups[0]] if len(groups) else receiver
+    middle = np.stack([np.bincount(slot, seen.share * axis, total)[large] / weight[large] for axis in seen.place.T], 1)
     sums = np.zeros((int(count.sum()), 2))
-    sums[:, 1] = np.bincount(row, left / rays, len(sums))
+    sums[:, 1] = np.bincount(seen.receiver - receivers.first[groups[0]], seen.left, len(sums))
     first = np.searchsorted(own, np.arange(len(groups) + 1))
     return Rows(
         group=groups,
@@ -143,8 +130,39 @@ def thicket_rows(
         sums=sums,
         large=large,
         middle=middle,
-        rays=len(origin),
+        rays=seen.cast,
     )
+
+
+class _Seen(NamedTuple):
+    """What rays meet of what is not linked."""
+
+    receiver: Int  # (k,)
+    at: Int  # (k,), where in the list of groups the receiver's is
+    leaf: Int  # (k,), the node that is met
+    place: Float  # (k, 3) [m]
+    share: Float  # (k,) of what is seen that the ray stands for, as it is dimmed by panes
+    left: Float  # (k,) the same, but for what panes fill themselves
+    cast: int
+
+
+def _looked_round(
+    receivers: Receivers, groups: Int, links: Links, tree: Tree, occluders: Occluders, thickets: Thickets, rays: int
+) -> _Seen:
+    """Cast rays from all receivers that are in thickets; parameters as of `thicket_rows`."""
+    thick = np.flatnonzero(links.thick)
+    at, receiver = counted(np.diff(receivers.first)[groups[thick]], receivers.first[groups[thick]])
+    way = ways_round(np.repeat(receivers.normal[receiver, None], rays, axis=1), receiver).reshape(-1, 3)
+    receiver, at = np.repeat(receiver, rays), np.repeat(thick[at], rays)
+    origin = receivers.point[receiver]
+    element, distance = thickets.hits.met(origin, way)
+    met = np.flatnonzero(element >= 0)
+    leaf = thickets.leaf[element[met]]
+    free = ~_held(links, groups[at[met]], leaf, tree)
+    met, leaf = met[free], leaf[free]
+    place = origin[met] + distance[met, None] * way[met]
+    share, left = dimmed(origin[met], place, np.ones(len(met), bool), occluders)
+    return _Seen(receiver[met], at[met], leaf, place, share / rays, left / rays, len(origin))
 
 
 def _held(links: Links, group: Int, leaf: Int, tree: Tree) -> NDArray[np.bool_]:

@@ -11,6 +11,7 @@ from core.hierarchy.element_hits import ElementHits
 from core.hierarchy.elements import Elements
 from core.hierarchy.exchange import build_rows
 from core.hierarchy.foresight import links_memory
+from core.hierarchy.pieces import quarters
 from core.hierarchy.quality import Detail
 from core.hierarchy.receivers import group_receivers
 from core.hierarchy.rows import gather, merged
@@ -40,7 +41,9 @@ def lit(corners, radiosity, blocks=None):
     polygons = [[*map(tuple, polygon)] for polygon in corners]
     scene = replace(Scene.from_polygons(polygons, 0.5), occludes=blocks)
     occluders = scene_occluders(scene, mesh(scene))
-    scenery = build_scenery(elements, grey, 1.0, occluders, hits=ElementHits(corners, blocks))
+    scenery = build_scenery(
+        elements, grey, 1.0, occluders, hits=ElementHits(corners, np.arange(count), np.ones(count, int), blocks)
+    )
     return elements, scenery
 
 
@@ -107,6 +110,19 @@ def test_backs_are_dark_and_both_sides_of_a_sheet_their_own(thick):
         elements, scenery = lit(corners, radiosity)
         light, *_ = light_at(point, normal, elements, scenery)
         assert light == pytest.approx(np.full(2, expected), rel=0.05, abs=0.02)
+
+
+def test_sides_of_a_sheet_that_are_cut_differently_are_met_each_from_its_own():
+    whole = np.array([[(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)]], float)
+    corners = np.concatenate((whole, quarters(whole[:, ::-1])))
+    hits = ElementHits(corners, np.zeros(5, int), np.array([1, -1, -1, -1, -1]))
+    origins = np.array([(0.3, 0.4, 1.0), (0.3, 0.4, -1), (1.3, 0.4, -1), (5, 5, 1)])
+    element, distance = hits.met(origins, np.array([(0, 0, -1.0), (0, 0, 1), (0, 0, 1), (0, 0, 1)]))
+    assert element[0] == 0 and element[3] == -1
+    for ray in (1, 2):
+        low, high = corners[element[ray]].min(axis=0), corners[element[ray]].max(axis=0)
+        assert element[ray] > 0 and (low[:2] < origins[ray, :2]).all() and (origins[ray, :2] < high[:2]).all()
+    assert distance == pytest.approx([1, 1, 1, np.inf])
 
 
 def test_what_is_bright_or_blocks_nothing_stays_linked(thick):
