@@ -7,6 +7,7 @@ Fewer samples are chosen from more of them: who sees his own sample, and that on
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sequences import GOLDEN
 from ..visibility import Surroundings
 from .elements import Elements
 from .neighbourhoods import Neighbourhoods, find_neighbourhoods
@@ -69,10 +70,12 @@ def choose_samples(
         kept, cluster = np.unique(cluster[finer.element], return_inverse=True)
         cluster, region = cluster.reshape(-1), np.unique(region[kept], return_inverse=True)[1].reshape(-1)
         centre, normal, weight = centre[finer.element], normal[finer.element], finer.area
-    stranger = _part(cluster, centre, normal, weight, occluders, most)[finer.cluster] | finer.stranger
+    apart = _part(cluster, centre, normal, weight, occluders, most)
+    stranger = apart[finer.cluster] | finer.stranger
     region = np.append(region, np.max(region) + 1 + np.arange(np.max(cluster) + 1 - len(region)))
     # A cluster whose sample alone was left keeps it; the sample sees itself.
-    element = finer.element[_nearest(centre, weight, cluster)]
+    scattered = (np.bincount(cluster, apart) > _HIDDEN * np.bincount(cluster))[cluster]
+    element = finer.element[_nearest(centre, weight, cluster, scattered)]
     cluster = cluster[finer.cluster]
     # A sample that many of its cluster do not see is a stranger to the others, too.
     hidden = np.bincount(cluster, stranger) > _HIDDEN * np.bincount(cluster)
@@ -121,10 +124,18 @@ def _from_middles(centre: Float, area: Float, cluster: Int) -> Float:
     return within
 
 
-def _nearest(centre: Float, area: Float, cluster: Int) -> Int:
-    """Return who is nearest to the middle of each cluster."""
+def _nearest(centre: Float, area: Float, cluster: Int, scattered: NDArray[np.bool_] | None = None) -> Int:
+    """Return who is nearest to the middle of each cluster; where many do not see each other, one by lot.
+
+    In the middle of a bush it is darker than on most of its leaves. A lot falls to each as its area is (Efraimidis,
+    Spirakis 2006).
+    """
     within = _from_middles(centre, area, cluster)
-    nearest = np.lexsort(((within * within).sum(axis=1), cluster))
+    away = (within * within).sum(axis=1)
+    if scattered is not None:
+        lot = (np.arange(len(away)) * GOLDEN + 0.5) % 1.0
+        away = np.where(scattered, -np.log(lot) / area, away)
+    nearest = np.lexsort((away, cluster))
     return nearest[np.searchsorted(cluster[nearest], np.arange(np.max(cluster) + 1))]
 
 

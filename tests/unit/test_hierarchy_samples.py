@@ -21,6 +21,7 @@ from core.scene import BACK, FRONT, Scene
 from core.settings import Settings
 from core.visibility import scene_occluders
 from tests.unit.globes import globe
+from tests.unit.source_trees import random_polygons
 
 
 @pytest.fixture
@@ -199,6 +200,25 @@ def test_blades_of_grass_that_hide_each_other_do_not_each_need_a_sample(box):
     assert len(samples) < 500
     assert np.array_equal(samples.cluster[samples.element], np.arange(len(samples)))
     assert samples.area.sum() == pytest.approx(elements.area.sum())
+
+
+def test_samples_of_a_bush_are_as_often_outside_as_its_leaves_are():
+    pytest.importorskip("bpy", reason="takes long without Blender's tree")
+    rng = np.random.default_rng(5)
+    leaves = random_polygons(rng, 4000, triangles=0)
+    way = rng.normal(size=(4000, 1, 3))
+    way *= rng.uniform(0, 1, (4000, 1, 1)) ** (1 / 3) / np.linalg.norm(way, axis=2, keepdims=True)
+    corners = way + 0.4 * (leaves - leaves.mean(axis=1, keepdims=True))
+    scene = Scene.from_polygons([[*map(tuple, leaf)] for leaf in corners], 0.5)
+    occluders = scene_occluders(scene, patches := mesh(scene))
+    elements = split_patches(patches, occluders, tolerance=1.0, size=1.0)
+    # Light falls on the outside.
+    light = np.linalg.norm(elements.centre, axis=1)[:, None] ** 12
+    finer = choose_samples(elements, occluders, 600)
+    for samples in (finer, choose_samples(elements, occluders, 200, finer=finer)):
+        assert samples.stranger.mean() > 0.3
+        told = samples.spread(light[samples.element])
+        assert elements.area @ told == pytest.approx(elements.area @ light, rel=0.1)
 
 
 def test_the_sky_is_looked_at_by_samples_of_a_fine_mesh_and_by_those_where_it_changes(monkeypatch):
