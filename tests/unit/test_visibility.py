@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Who blocks whom: the brute force, the streams and, where Blender is, its tree have to say the same."""
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -194,10 +196,7 @@ def test_scene_occluders_are_over_surfaces():
 
 
 def test_without_blender(monkeypatch):
-    def missing(occluding):
-        raise ModuleNotFoundError("No module named 'mathutils'")
-
-    monkeypatch.setattr("core.occlusion.single_rays.BVHOccluders", missing)
+    monkeypatch.setitem(sys.modules, "mathutils", None)
     found = SurfaceOccluders(halves(box([0, 0, 0], [1, 1, 1])))
     start, end = np.array([[0.5, 0.5, 0.5]]), np.array([[0.5, 0.5, 2.0]])
     assert found.blocked(start, end).all()
