@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which elements rays meet first: what a receiver sees, told without asking for all that it might see."""
+"""Which elements rays meet first: what a receiver sees, told without asking for all that it might see.
+
+What blocks knows no elements: there flat faces are joined, and two sides are one.
+"""
 
 from threading import Lock
 from typing import NamedTuple
@@ -7,8 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..occlusion.core_part import core_part
 from ..occlusion.single_rays import SingleRays, single_rays
 from ..occlusion.surfaces import MARGIN, loose_polygons
+from ..places import places
 from .tree import Float, Int
 
 # Two sides of one sheet that are cut differently are met at one place, up to this share of the scene's size.
@@ -54,7 +59,7 @@ class ElementHits:
     ) -> None:
         self._corners, self._face, self._side = corners, face, side
         self.blocks = np.ones(len(corners), bool) if blocks is None else blocks
-        self._same = _SAME * float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0))) if len(corners) else 0.0
+        self._same = _SAME * core_part(corners.min(axis=1), corners.max(axis=1)).size
         self._making = Lock()
         self._made: list[Sheets] | None = None
 
@@ -92,8 +97,8 @@ class ElementHits:
                 element, other = which[first], np.append(which, -1)[other]
                 back, alone = self._side[element] < 0, other < 0
                 apart = alone & back & np.isin(self._face[element], self._face[element[alone & ~back]])
-                self._made = [self._grown(element[part], other[part]) for part in (~apart, apart) if part.any()]
-                self._made = self._made or [self._grown(element, other)]
+                parts = (~apart, apart) if apart.any() else (~apart,)
+                self._made = [self._grown(element[part], other[part]) for part in parts]
             return self._made
 
     def _grown(self, element: Int, other: Int) -> Sheets:
@@ -102,11 +107,7 @@ class ElementHits:
 
 def _both_sides(corners: Float) -> tuple[Int, Int]:
     """Return the first of all polygons that have the same corners, and another one of them, -1 for none."""
-    order = np.lexsort(corners.reshape(-1, 3).T)
-    ordered = corners.reshape(-1, 3)[order]
-    number = np.zeros(len(order), np.int64)
-    number[order[1:]] = np.cumsum((ordered[1:] != ordered[:-1]).any(axis=1))
-    vertex = number.reshape(-1, 4)
+    vertex = places(corners.reshape(-1, 3)).reshape(-1, 4)
     # A triangle has the same corners whichever it repeats.
     vertex[vertex[:, 3] == vertex[:, 2], 3] = -1
     vertex.sort(axis=1)

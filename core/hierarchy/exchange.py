@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from ..runs import counted
 from ..workers import in_order
 from .kernels import Single, far_form_factors, near_form_factors
-from .links import Links, find_links
+from .links import Links
 from .lots import draw_lots
 from .quality import Detail
 from .rays import Sighting, visible_share
 from .receivers import Receivers
 from .rows import BRIGHT, MUCH, Rows, merged
-from .scenery import Scenery
-from .thickets import most_links, thicket_rows
+from .scenery import Scenery, links_to
+from .thickets import thicket_rows
 from .tree import Float, Int
 from .vectors import picked
 
@@ -57,27 +57,12 @@ def build_rows(receivers: Receivers, groups: Int, scenery: Scenery, detail: Deta
     -------
     Rows
     """
-    thickets = scenery.thickets
-    links = find_links(
-        receivers,
-        groups,
-        scenery.sources,
-        scenery.brightness,
-        angle=detail.angle,
-        error=detail.error,
-        uneven=scenery.uneven,
-        need=need,
-        linked=None if thickets is None else thickets.linked,
-        most=most_links(detail),
-    )
+    links, thickets = links_to(scenery, receivers, groups, detail, need), scenery.thickets
     rows = _linked_rows(receivers, groups, links, scenery, detail, need)
     if thickets is None or not links.thick.any():
         return rows
-    return merged(
-        rows,
-        thicket_rows(receivers, groups, links, scenery.sources.tree, scenery.occluders, thickets, detail),
-        receivers,
-    )
+    seen = thicket_rows(receivers, groups, links, thickets, scenery.occluders, detail)
+    return merged(rows, seen, receivers)
 
 
 def _linked_rows(

@@ -5,11 +5,10 @@ import numpy as np
 
 from ..errors import RadiosityError
 from ..memory import available_memory
-from .links import find_links
 from .quality import Detail
 from .receivers import Receivers
-from .scenery import Scenery
-from .thickets import most_links, rays_of
+from .scenery import Scenery, links_to
+from .thickets import rays_of
 
 # Groups that tell what all will take: they differ by half, so that so many are an eighth off.
 _ASKED = 16
@@ -39,20 +38,11 @@ def links_memory(receivers: Receivers, scenery: Scenery, detail: Detail) -> int:
         return 0
     # From the middle of as many equal parts of the list, which is sorted by place.
     groups = np.unique(((np.arange(_ASKED) + 0.5) / _ASKED * len(count)).astype(np.int64))
-    links = find_links(
-        receivers,
-        groups,
-        scenery.sources,
-        scenery.brightness,
-        angle=detail.angle,
-        error=detail.error,
-        uneven=scenery.uneven,
-        linked=None if scenery.thickets is None else scenery.thickets.linked,
-        most=most_links(detail),
-    )
+    links = links_to(scenery, receivers, groups, detail)
     held = _NODE * len(links.group) + _WEIGHT * int(count[links.group].sum())
-    met = rays_of(detail) * count[groups[links.thick]]
-    held += int((_NODE * met + _WEIGHT * met * count[groups[links.thick]]).sum())
+    # In thickets each ray may meet something else.
+    within = count[groups[links.thick]]
+    held += rays_of(detail) * int((within * (_NODE + _WEIGHT * within)).sum())
     return round(held * count.sum() / count[groups].sum())
 
 

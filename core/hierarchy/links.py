@@ -105,7 +105,7 @@ def find_links(
         g, s, form_factor, radius, apart = g[seen], s[seen], form_factor[seen], radius[seen], apart[seen]
         if linked is not None:
             crowd.count(g, form_factor)
-            kept = linked[s] | ~crowd.thick[g - groups[0]]
+            kept = linked[s] | ~crowd.thick(g)
             g, s, form_factor, radius, apart = g[kept], s[kept], form_factor[kept], radius[kept], apart[kept]
         leaf = tree.child[s] < 0
         carried = form_factor * brightness[s] if need is None else form_factor * brightness[s] * need[g]
@@ -121,37 +121,43 @@ def find_links(
             fine &= amiss * uneven[s] * carried < error
         done = leaf | fine
         found.append((g[done], s[done], form_factor[done], ~fine[done]))
-        crowd.keep(g[done], form_factor[done])
+        if linked is not None:
+            crowd.keep(g[done], form_factor[done])
         g, s = np.repeat(g[~done], 2), np.column_stack((tree.child[s[~done]], tree.child[s[~done]] + 1)).ravel()
     group, node, form_factor, near = (np.concatenate(part) for part in zip(*found, strict=True))
-    thick = crowd.thick[groups - groups[0]] if len(groups) else np.zeros(0, bool)
     order = np.lexsort((node, group))
-    if linked is not None and thick.any():
-        order = order[(linked[node] | ~crowd.thick[group - groups[0]])[order]]
-    return Links(group[order], node[order], form_factor[order], near[order], thick)
+    if linked is not None:
+        # What was found before a group turned out to be in a thicket.
+        order = order[(linked[node] | ~crowd.thick(group))[order]]
+    return Links(group[order], node[order], form_factor[order], near[order], crowd.thick(groups))
 
 
 class _Crowd:
-    """Counts what groups might see, level by level."""
+    """Counts what groups might see, level by level, and tells who is in a thicket."""
 
     def __init__(self, groups: Int, most: int) -> None:
-        self._first, self._most = int(groups[0]) if len(groups) else 0, most
-        count = int(groups[-1]) - self._first + 1 if len(groups) else 0
-        self._held, self._filled = np.zeros(count), np.zeros(count)
-        self.thick = np.zeros(count, bool)
+        # Ascending: numbered from the first.
+        self._first, last = (int(groups[0]), int(groups[-1])) if len(groups) else (0, 0)
+        self._most, self._held = most, np.zeros((2, last - self._first + 1))
+        self._thick = np.zeros(self._held.shape[1], bool)
+
+    def thick(self, group: Int) -> NDArray[np.bool_]:
+        """Return which of some groups have turned out to be in a thicket."""
+        return self._thick[group - self._first]
 
     def count(self, group: Int, form_factor: Float) -> None:
-        """Tell who has too many pairs on a level, with those that are links by now."""
-        at = group - self._first
-        pairs = self._held + np.bincount(at, minlength=len(self._held))
-        filled = self._filled + np.bincount(at, form_factor, len(self._held))
-        self.thick |= (pairs > self._most) & (filled > _DENSE)
+        """Count the pairs of a level, with the links that there are by now."""
+        pairs, filled = self._with(group, form_factor)
+        self._thick |= (pairs > self._most) & (filled > _DENSE)
 
     def keep(self, group: Int, form_factor: Float) -> None:
-        """Count links."""
-        at = group - self._first
-        self._held += np.bincount(at, minlength=len(self._held))
-        self._filled += np.bincount(at, form_factor, len(self._held))
+        """Count pairs as links."""
+        self._held = self._with(group, form_factor)
+
+    def _with(self, group: Int, form_factor: Float) -> Float:
+        """Return the number of links and the sum of their form factors, with some more, shape (2, groups)."""
+        at, count = group - self._first, self._held.shape[1]
+        return self._held + [np.bincount(at, minlength=count), np.bincount(at, form_factor, count)]
 
 
 def unevenness(sources: Sources, brightness: Float) -> Float:

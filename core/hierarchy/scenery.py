@@ -9,11 +9,13 @@ import numpy as np
 from ..visibility import Surroundings
 from .element_hits import ElementHits
 from .elements import Elements
-from .links import unevenness
+from .links import Links, find_links, unevenness
+from .quality import Detail
+from .receivers import Receivers
 from .source_points import SourcePoints
 from .sources import Sources, build_sources
-from .thickets import Thickets, find_thickets
-from .tree import Float
+from .thickets import Thickets, find_thickets, most_links
+from .tree import Float, Int
 
 # Stops of brightness, about a typical one, that clusters are told apart by.
 _DARKEST, _BRIGHTEST = -5.0, 15.0
@@ -101,6 +103,22 @@ def _scenery(
     brightness = node_means(sources, elements.area, bright[:, None])[:, 0]
     thickets = find_thickets(sources.tree, brightness, hits) if hits else None
     return Scenery(sources, brightness, unevenness(sources, brightness), targets, occluders, thickets)
+
+
+def links_to(scenery: Scenery, receivers: Receivers, groups: Int, detail: Detail, need: Float | None = None) -> Links:
+    """Link some groups of receivers to what they might see, as finely as a detail asks for; see `find_links`."""
+    return find_links(
+        receivers,
+        groups,
+        scenery.sources,
+        scenery.brightness,
+        angle=detail.angle,
+        error=detail.error,
+        uneven=scenery.uneven,
+        need=need,
+        linked=None if scenery.thickets is None else scenery.thickets.linked,
+        most=most_links(detail),
+    )
 
 
 def node_means(sources: Sources, area: Float, radiosity: Float) -> Float:

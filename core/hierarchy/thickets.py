@@ -36,6 +36,8 @@ class Thickets:
 
     Attributes
     ----------
+    tree : Tree
+        Of the elements.
     hits : ElementHits
     linked : ndarray of shape (m,)
         Nodes that are linked everywhere: something below them is bright, or blocks nothing.
@@ -43,6 +45,7 @@ class Thickets:
         The node that each element is.
     """
 
+    tree: Tree
     hits: ElementHits
     linked: NDArray[np.bool_]
     leaf: Int
@@ -65,7 +68,7 @@ def find_thickets(tree: Tree, brightness: Float, hits: ElementHits) -> Thickets:
     """
     leaf = tree.at_elements(np.arange(len(tree.child)))
     linked = (brightness[leaf] > BRIGHT) | ~hits.blocks
-    return Thickets(hits, tree.sums(linked[:, None].astype(float))[:, 0] > 0, leaf)
+    return Thickets(tree, hits, tree.sums(linked[:, None].astype(float))[:, 0] > 0, leaf)
 
 
 def rays_of(detail: Detail) -> int:
@@ -82,9 +85,8 @@ def thicket_rows(
     receivers: Receivers,
     groups: Int,
     links: Links,
-    tree: Tree,
-    occluders: Occluders,
     thickets: Thickets,
+    occluders: Occluders,
     detail: Detail,
 ) -> Rows:
     """Compute the rows of groups that are in thickets, but for what is linked; empty ones for the others.
@@ -96,22 +98,20 @@ def thicket_rows(
         Ascending.
     links : Links
         Of those groups: what they hold is not looked at again.
-    tree : Tree
-        Of the elements.
+    thickets : Thickets
     occluders : Occluders
         Whose panes dim light.
-    thickets : Thickets
     detail : Detail
 
     Returns
     -------
     Rows
     """
-    rays, count = rays_of(detail), np.diff(receivers.first)[groups]
-    seen = _looked_round(receivers, groups, links, tree, occluders, thickets, rays)
+    count, nodes = np.diff(receivers.first)[groups], len(thickets.tree.child)
+    seen = _looked_round(receivers, groups, links, thickets, occluders, rays_of(detail))
     # One link for all rays of a group that meet the same element.
-    key, link = np.unique(seen.at * len(tree.child) + seen.leaf, return_inverse=True)
-    own, node = np.divmod(key, len(tree.child))
+    key, link = np.unique(seen.at * nodes + seen.leaf, return_inverse=True)
+    own, node = np.divmod(key, nodes)
     begin = np.cumsum(count[own]) - count[own]
     slot = begin[link.reshape(-1)] + seen.receiver - receivers.first[groups[seen.at]]
     total = int(count[own].sum())
@@ -147,7 +147,7 @@ class _Seen(NamedTuple):
 
 
 def _looked_round(
-    receivers: Receivers, groups: Int, links: Links, tree: Tree, occluders: Occluders, thickets: Thickets, rays: int
+    receivers: Receivers, groups: Int, links: Links, thickets: Thickets, occluders: Occluders, rays: int
 ) -> _Seen:
     """Cast rays from all receivers that are in thickets; parameters as of `thicket_rows`."""
     thick = np.flatnonzero(links.thick)
@@ -158,7 +158,7 @@ def _looked_round(
     element, distance = thickets.hits.met(origin, way)
     met = np.flatnonzero(element >= 0)
     leaf = thickets.leaf[element[met]]
-    free = ~_held(links, groups[at[met]], leaf, tree)
+    free = ~_held(links, groups[at[met]], leaf, thickets.tree)
     met, leaf = met[free], leaf[free]
     place = origin[met] + distance[met, None] * way[met]
     share, left = dimmed(origin[met], place, np.ones(len(met), bool), occluders)

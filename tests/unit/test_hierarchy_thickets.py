@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.hierarchy import exchange, links, thickets
+from core.hierarchy import links, thickets
 from core.hierarchy.element_hits import ElementHits
 from core.hierarchy.elements import Elements
 from core.hierarchy.exchange import build_rows
@@ -29,7 +29,7 @@ DETAIL = Detail(0.8, 0.008, 0.04, 8)
 def thick(monkeypatch):
     """Take every receiver for one in a thicket that has more than a few links."""
     monkeypatch.setattr(links, "_DENSE", 0.0)
-    monkeypatch.setattr(exchange, "most_links", lambda detail: 3)
+    monkeypatch.setattr("core.hierarchy.scenery.most_links", lambda detail: 3)
 
 
 def lit(corners, radiosity, blocks=None):
