@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The final gather: irradiance at the corners of the mesh itself, so that shadows stay sharp and no blocks show."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..lighting.sky import SkyLamp
 from ..meshing import Patches
 from ..progress import Progress, scaled
 from ..scene import Scene
@@ -61,6 +62,7 @@ def final_gather(
     *,
     direct: DirectLight | None = None,
     sky: DirectLight | None = None,
+    skies: Sequence[SkyLamp] = (),
 ) -> Generator[Progress, None, tuple[Float, Float, int, int]]:
     """Gather the light of a solution at the corners.
 
@@ -79,6 +81,8 @@ def final_gather(
     workers : concurrent.futures.Executor
     direct, sky : callable, optional
         Light of lamps that are no elements, and of the sky.
+    skies : sequence of SkyLamp
+        Where that comes from.
 
     Yields
     ------
@@ -105,7 +109,7 @@ def final_gather(
         steps = glances(corners, lit, sent, need, quality, workers, bends=bends)
     else:
         rim = at_edges(scene, corners)
-        steps = sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, typical, sky)
+        steps = sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, typical, sky, skies)
     glance = yield from scaled(steps, 0, _GLANCES)
     above = from_sky(corners, np.arange(len(corners.point)), sky if few else None, bends)
     covered = glance.covered | cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)

@@ -6,21 +6,24 @@ corners that do not see their sample or lie where samples differ; at elements th
 Rubinstein, Clear 1988 interpolate in the same spirit.)
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..lighting.sky import SkyLamp
 from ..occlusion.shared_out import SharedOut
 from ..progress import Progress, scaled
 from .bends import Bends
 from .blending import blended
 from .clustering import choose_samples
 from .elements import Elements
-from .glances import Corners, Glance, glance_at
+from .glances import COVERED, Corners, Glance, glance_at
 from .lamplight import lamplight
 from .neighbourhoods import find_neighbourhoods
+from .peeks import believed, evened, peeks
 from .quality import Quality
 from .receivers import DirectLight
 from .samples import Samples
@@ -31,12 +34,14 @@ from .tree import Float, Int
 
 # Samples of a neighbourhood that differ by more than this share of their light leave room for shadows in between.
 _DIFFER = 0.25
+# Who is to be believed by this share is as good as one that looks at everything.
+_TRUSTED = 0.5
 # How many times as far as usual it is from a lone corner to the next.
 _LONE = 8.0
 # One of so many corners looks at the lamps, but at least so many times as many as look at all else.
 _OF_CORNERS, _MORE = 16, 2
-# Share of the final gather that is done after the lamps, and after the samples.
-_LAMPS, _SAMPLES = 0.4, 0.7
+# Share of the final gather that is done after the lamps, the samples, and the peeks.
+_LAMPS, _SAMPLES, _PEEKS = 0.4, 0.6, 0.75
 
 
 def sparse_glances(
@@ -50,6 +55,7 @@ def sparse_glances(
     edges: tuple[Int, Int],
     typical: float,
     sky: DirectLight | None = None,
+    skies: Sequence[SkyLamp] = (),
 ) -> Generator[Progress, None, Glance]:
     """Let many corners look at the lamps, and some look at everything for the others; otherwise as `glances`.
 
@@ -63,27 +69,44 @@ def sparse_glances(
         Irradiance that errors are judged by [W/m^2].
     sky : callable, optional
         Light of the sky, which counts among the others: it changes as slowly as what has bounced.
+    skies : sequence of SkyLamp
+        Where it comes from.
     """
     many, samples = _samples(corners, lit, quality, workers)
     lone = lone_corners(corners.point, edges, quality.corners // 2)
     lamps = lamplight(corners, lit, many, edges, lone, typical, quality.gather, workers)
     direct, links, rays = yield from scaled(lamps, 0, _LAMPS)
-    # What samples see of the lamps is not what their neighbours see: it is told apart.
-    known = np.column_stack((shown, lit.lamp))
+    # What samples see of the lamps is not what their neighbours see: it is told apart. So is what rays do not meet.
+    known = np.column_stack((shown, lit.lamp, *_unmet(lit, shown)))
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
     steps = glance_at(corners, samples.element, lit, known, need, quality.gather, workers)
     sampled = yield from scaled(steps, _LAMPS, _SAMPLES)
-    indirect = _without_lamps(sampled) + from_sky(corners, samples.element, sky)
-    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, lone, quality.corners)
-    sights = [of_all(sampled.sights, samples.element)]
+    indirect = _without_lamps(sampled)
+    indirect[:, :6] += from_sky(corners, samples.element, sky)
     others = blended(samples, indirect, corners.point, corners.normal, edges, sampled.alone)
     covered, alone = sampled.covered[samples.cluster], sampled.alone[samples.cluster]
     others, learned = along_mesh(others, samples.stranger, covered | alone, edges)
     covered[learned] = alone[learned] = False
+    sights = [of_all(sampled.sights, samples.element)]
+    told, others = others[:, 6:], others[:, :6]
+    strange = np.flatnonzero(samples.stranger)
+    if len(strange) and lit.scenery.thickets is not None:
+        sent = np.maximum(known[:, :6] - np.tile(lit.lamp, 2), 0)
+        steps = peeks(corners, strange, lit, sent, skies, quality, workers)
+        own = evened((yield from scaled(steps, _SAMPLES, _PEEKS)), corners, edges)
+        own = replace(own, light=own.light + told[strange]) if told.shape[1] else own
+        trust = believed(own, others[strange], samples)
+        others[strange] += trust[:, None] * (own.light - others[strange])
+        sure = trust > _TRUSTED
+        looking[strange[sure]] = True
+        seeing = strange[sure & (own.sees > COVERED)]
+        covered[seeing] = alone[seeing] = False
+        rays += own.rays
+    closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, lone, quality.corners)
     if len(closer):
-        steps = glance_at(corners, closer, lit, known, need, quality.gather, workers)
-        more = yield from scaled(steps, _SAMPLES, 1)
+        steps = glance_at(corners, closer, lit, known[:, :9], need, quality.gather, workers)
+        more = yield from scaled(steps, _PEEKS, 1)
         others[closer] = _without_lamps(more) + from_sky(corners, closer, sky)
         covered[closer], alone[closer] = more.covered, more.alone
         sights.append(of_all(more.sights, closer))
@@ -94,10 +117,18 @@ def sparse_glances(
 
 
 def _without_lamps(glance: Glance) -> Float:
-    """Return what arrives but not straight from lamps, shape (k, 6) [W/m^2]; the last three columns told of lamps."""
+    """Return what arrives but not straight from lamps, which columns 6 to 8 tell of, shape (k, 6 or 12) [W/m^2]."""
     light = glance.bright + glance.others
-    indirect: Float = np.maximum(light[:, :6] - np.tile(light[:, 6:], 2), 0)
-    return indirect
+    light[:, :6] = np.maximum(light[:, :6] - np.tile(light[:, 6:9], 2), 0)
+    return np.delete(light, np.s_[6:9], axis=1)
+
+
+def _unmet(lit: Lit, shown: Float) -> list[Float]:
+    """Return what is sent by elements that no ray meets, and that are no lamps, shape (n, 6), if there are any."""
+    if lit.scenery.thickets is None or lit.scenery.thickets.hits.blocks.all():
+        return []
+    unmet = ~lit.scenery.thickets.hits.blocks
+    return [np.where(unmet[:, None], np.maximum(shown - np.tile(lit.lamp, 2), 0), 0)]
 
 
 def from_sky(corners: Corners, which: Int, sky: DirectLight | None, bends: Bends | None = None) -> Float:

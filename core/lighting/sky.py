@@ -60,11 +60,11 @@ class SkyLamp:
         first, second = frame(normals)
         up = np.sqrt(np.maximum(1 - x * x - y * y, 0))
         out = x[:, None] * first + y[:, None] * second + up[:, None] * normals
-        light = np.ones(len(points)) if self.radiance.shape[:2] == (1, 1) else self._seen(out)
+        light = np.ones(len(points)) if self.radiance.shape[:2] == (1, 1) else self.seen(out)
         return out, np.full(len(points), np.inf), light
 
-    def _seen(self, out: FloatArray) -> FloatArray:
-        """Return the radiance from directions, shape (n, 3)."""
+    def seen(self, out: FloatArray) -> FloatArray:
+        """Return the radiance from directions, shape (n, 3) [W/(m^2 sr)]."""
         rows, columns = self.radiance.shape[:2]
         u = 0.5 - np.arctan2(out[:, 1], out[:, 0]) / (2 * np.pi)
         v = 0.5 + np.arcsin(np.clip(out[:, 2], -1, 1)) / np.pi
