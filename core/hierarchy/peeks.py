@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Peeks: what corners see with a few rays of their own, where they do not see who looks for them.
+"""Peeks: what corners see with a few rays of their own.
 
-Among leaves or grass the light of each corner is another: the sky through a gap, or none. A few dozen rays tell that
-roughly, and what neighbours see who would see the same from here makes it smoother (Ward, Rubinstein, Clear 1988: as
-far as surfaces are away). Where what they were told differs from that by no more than chance, it is smoother still.
+A dozen rays tell roughly what arrives, and what is seen by neighbours who would see the same from here makes it
+smoother (Ward, Rubinstein, Clear 1988: as far as surfaces are away).
 """
 
 from collections.abc import Generator, Sequence
@@ -20,18 +19,16 @@ from ..workers import in_order
 from .element_hits import ElementHits
 from .glances import STAGE, Corners
 from .probes import ways_round
-from .quality import Quality
-from .samples import Samples
 from .solve import Lit
-from .thickets import rays_of
 from .tree import Float, Int
 
-# Rays of all that peek, as a share of those of all that look, and of each.
-_SHARE, _FEWEST, _MOST = 0.5, 16, 256
 # Neighbours see the same up to this distance, as a share of how far away surfaces are, and turn of the normal.
 _ALIKE = 0.6
 # Rays that are cast together, and how many such parts ahead.
 _BLOCK, _AHEAD = 1 << 16, 4
+
+
+_COLUMNS = ("which", "light", "variance", "sees", "apart")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +64,7 @@ def peeks(
     lit: Lit,
     sent: Float,
     skies: Sequence[SkyLamp],
-    quality: Quality,
+    rays: int,
     workers: Executor,
 ) -> Generator[Progress, None, Peeks]:
     """Let corners cast a few rays each.
@@ -82,7 +79,8 @@ def peeks(
     sent : ndarray of shape (n, 6)
         What the elements send but for lamps: all of it, and what they emit [W/m^2].
     skies : sequence of SkyLamp
-    quality : Quality
+    rays : int
+        Of each.
     workers : concurrent.futures.Executor
 
     Yields
@@ -95,8 +93,6 @@ def peeks(
     """
     assert lit.scenery.thickets is not None
     hits = lit.scenery.thickets.hits
-    budget = _SHARE * quality.corners * rays_of(quality.gather)
-    rays = int(np.clip(budget / max(len(which), 1), _FEWEST, _MOST))
     reach = 2 * float(np.linalg.norm(np.ptp(lit.elements.corners.reshape(-1, 3), axis=0))) + 1e-300
 
     def compute(part: Int) -> tuple[Float, ...]:
@@ -135,11 +131,10 @@ def _peek(
     if panes is not None:
         light[met] *= np.tile(panes.tint(origin[met], end[met]), 2)
     light += np.tile(_sky(point, normal, origin, way, reach, free, lit, skies), 2)
-    seen = (len(point), rays)
-    light = light.reshape(*seen, 6)
-    grey = light[:, :, :3].mean(axis=2)
-    apart = 1 / np.maximum((1 / np.maximum(distance, 1e-300)).reshape(seen).mean(axis=1), 1e-300)
-    return light.mean(axis=1), grey.var(axis=1, ddof=1) / rays, (free | (element >= 0)).reshape(seen).mean(axis=1), apart
+    grey = light[:, :3].mean(axis=1).reshape(-1, rays)
+    sees = (free | (element >= 0)).reshape(-1, rays).mean(axis=1)
+    apart = 1 / np.maximum((1 / np.maximum(distance, 1e-300)).reshape(-1, rays).mean(axis=1), 1e-300)
+    return light.reshape(-1, rays, 6).mean(axis=1), grey.var(axis=1, ddof=1) / rays, sees, apart
 
 
 def _sky(
@@ -167,6 +162,12 @@ def _sky(
         else:
             light += np.repeat(sky.unshadowed(point, normal), len(origin) // len(point), axis=0)
     return light
+
+
+def both(one: Peeks, other: Peeks) -> Peeks:
+    """Return what some corners see and what others do."""
+    columns = {name: np.concatenate((getattr(one, name), getattr(other, name))) for name in _COLUMNS}
+    return Peeks(**columns, rays=one.rays + other.rays)
 
 
 def evened(peeks: Peeks, corners: Corners, edges: tuple[Int, Int]) -> Peeks:
@@ -198,24 +199,9 @@ def evened(peeks: Peeks, corners: Corners, edges: tuple[Int, Int]) -> Peeks:
     total = 1 + np.bincount(one, weight, count) + np.bincount(other, weight, count)
 
     def sums(values: Float, weight: Float) -> Float:
-        return values + np.bincount(one, weight * values[other], count) + np.bincount(other, weight * values[one], count)
+        return (
+            values + np.bincount(one, weight * values[other], count) + np.bincount(other, weight * values[one], count)
+        )
 
     light = np.stack([sums(column, weight) for column in peeks.light.T], axis=1) / total[:, None]
     return replace(peeks, light=light, variance=sums(peeks.variance, weight**2) / total**2)
-
-
-def believed(peeks: Peeks, told: Float, samples: Samples) -> Float:
-    """Return how far what corners see themselves is to be believed beside what they were told, 0 to 1, shape (k,).
-
-    So that the error is least on the mean of a region (empirical Bayes: Efron, Morris 1973).
-
-    Parameters
-    ----------
-    peeks : Peeks
-    told : ndarray of shape (k, 6)
-    samples : Samples
-    """
-    region = samples.region[samples.cluster[peeks.which]]
-    apart = (peeks.light[:, :3] - told[:, :3]).mean(axis=1)
-    differ, chance = np.bincount(region, apart * apart), np.bincount(region, peeks.variance)
-    return np.divide(np.maximum(differ - chance, 0), differ, out=np.zeros_like(differ), where=differ > 0)[region]

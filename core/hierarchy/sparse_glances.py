@@ -8,7 +8,6 @@ Rubinstein, Clear 1988 interpolate in the same spirit.)
 
 from collections.abc import Generator, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +18,11 @@ from ..progress import Progress, scaled
 from .bends import Bends
 from .blending import blended
 from .clustering import choose_samples
+from .doubts import own_light
 from .elements import Elements
 from .glances import COVERED, Corners, Glance, glance_at
 from .lamplight import lamplight
 from .neighbourhoods import find_neighbourhoods
-from .peeks import believed, evened, peeks
 from .quality import Quality
 from .receivers import DirectLight
 from .samples import Samples
@@ -34,14 +33,12 @@ from .tree import Float, Int
 
 # Samples of a neighbourhood that differ by more than this share of their light leave room for shadows in between.
 _DIFFER = 0.25
-# Who is to be believed by this share is as good as one that looks at everything.
-_TRUSTED = 0.5
 # How many times as far as usual it is from a lone corner to the next.
 _LONE = 8.0
 # One of so many corners looks at the lamps, but at least so many times as many as look at all else.
 _OF_CORNERS, _MORE = 16, 2
-# Share of the final gather that is done after the lamps, the samples, and the peeks.
-_LAMPS, _SAMPLES, _PEEKS = 0.4, 0.6, 0.75
+# Share of the final gather that is done after the lamps, the samples, and what is doubted.
+_LAMPS, _SAMPLES, _DOUBTS = 0.4, 0.6, 0.75
 
 
 def sparse_glances(
@@ -77,7 +74,9 @@ def sparse_glances(
     lamps = lamplight(corners, lit, many, edges, lone, typical, quality.gather, workers)
     direct, links, rays = yield from scaled(lamps, 0, _LAMPS)
     # What samples see of the lamps is not what their neighbours see: it is told apart. So is what rays do not meet.
-    known = np.column_stack((shown, lit.lamp, *_unmet(lit, shown)))
+    known = np.column_stack((shown, lit.lamp))
+    if lit.scenery.thickets is not None and not lit.scenery.thickets.hits.blocks.all():
+        known = np.hstack((known, np.where(lit.scenery.thickets.hits.blocks[:, None], 0, _sent(known))))
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
     steps = glance_at(corners, samples.element, lit, known, need, quality.gather, workers)
@@ -89,46 +88,36 @@ def sparse_glances(
     others, learned = along_mesh(others, samples.stranger, covered | alone, edges)
     covered[learned] = alone[learned] = False
     sights = [of_all(sampled.sights, samples.element)]
-    told, others = others[:, 6:], others[:, :6]
-    strange = np.flatnonzero(samples.stranger)
-    if len(strange) and lit.scenery.thickets is not None:
-        sent = np.maximum(known[:, :6] - np.tile(lit.lamp, 2), 0)
-        steps = peeks(corners, strange, lit, sent, skies, quality, workers)
-        own = evened((yield from scaled(steps, _SAMPLES, _PEEKS)), corners, edges)
-        own = replace(own, light=own.light + told[strange]) if told.shape[1] else own
-        trust = believed(own, others[strange], samples)
-        others[strange] += trust[:, None] * (own.light - others[strange])
-        sure = trust > _TRUSTED
-        looking[strange[sure]] = True
-        seeing = strange[sure & (own.sees > COVERED)]
-        covered[seeing] = alone[seeing] = False
-        rays += own.rays
+    doubts = own_light(corners, samples, others, lit, _sent(known), skies, edges, quality, workers)
+    own = yield from scaled(doubts, _SAMPLES, _DOUBTS)
+    others = others[:, :6]
+    others[samples.element[own.sample]] = indirect[own.sample, :6]
+    others[own.which] = own.light
+    looking[own.which[own.sure]] = True
+    seeing = own.which[own.sure & (own.sees > COVERED)]
+    covered[seeing] = alone[seeing] = False
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, lone, quality.corners)
     if len(closer):
         steps = glance_at(corners, closer, lit, known[:, :9], need, quality.gather, workers)
-        more = yield from scaled(steps, _PEEKS, 1)
+        more = yield from scaled(steps, _DOUBTS, 1)
         others[closer] = _without_lamps(more) + from_sky(corners, closer, sky)
         covered[closer], alone[closer] = more.covered, more.alone
         sights.append(of_all(more.sights, closer))
         links, rays = links + more.links, rays + more.rays
-    return Glance(
-        np.tile(direct, 2), others, covered, alone, joined(sights), links + sampled.links, rays + sampled.rays
-    )
+    links, rays = links + sampled.links, rays + sampled.rays + own.rays
+    return Glance(np.tile(direct, 2), others, covered, alone, joined(sights), links, rays)
 
 
 def _without_lamps(glance: Glance) -> Float:
     """Return what arrives but not straight from lamps, which columns 6 to 8 tell of, shape (k, 6 or 12) [W/m^2]."""
     light = glance.bright + glance.others
-    light[:, :6] = np.maximum(light[:, :6] - np.tile(light[:, 6:9], 2), 0)
-    return np.delete(light, np.s_[6:9], axis=1)
+    return np.hstack((_sent(light), light[:, 9:]))
 
 
-def _unmet(lit: Lit, shown: Float) -> list[Float]:
-    """Return what is sent by elements that no ray meets, and that are no lamps, shape (n, 6), if there are any."""
-    if lit.scenery.thickets is None or lit.scenery.thickets.hits.blocks.all():
-        return []
-    unmet = ~lit.scenery.thickets.hits.blocks
-    return [np.where(unmet[:, None], np.maximum(shown - np.tile(lit.lamp, 2), 0), 0)]
+def _sent(known: Float) -> Float:
+    """Return what elements send but for lamps, shape (n, 6) [W/m^2], of all of it and the lamps in columns 6 to 8."""
+    sent: Float = np.maximum(known[:, :6] - np.tile(known[:, 6:9], 2), 0)
+    return sent
 
 
 def from_sky(corners: Corners, which: Int, sky: DirectLight | None, bends: Bends | None = None) -> Float:
