@@ -96,17 +96,19 @@ def own_light(
     -------
     OwnLight
     """
-    doubting = np.zeros(0, np.int64) if lit.scenery.thickets is None else np.flatnonzero(_doubting(samples, edges))
+    piece = _pieces(samples, edges)
+    doubts = samples.stranger | (piece != piece[samples.element][samples.cluster])
+    doubting = np.flatnonzero(doubts & (lit.scenery.thickets is not None))
     if not len(doubting):
         return OwnLight(doubting, np.zeros((0, 6)), np.zeros(0), np.zeros(0, bool), np.zeros(len(samples), bool), 0)
     region = samples.region[samples.cluster]
     looks = quality.corners * rays_of(quality.gather)
     rays = int(np.clip(_SHARE * looks / len(doubting), _FEWEST, _MOST))
     first = samples.stranger[doubting] | _scouts(doubting, region)
-    own = yield from scaled(peeks(corners, doubting[first], lit, sent, skies, rays, workers), 0, _FIRST)
+    own = yield from scaled(peeks(corners, doubting[first], piece, lit, sent, skies, rays, workers), 0, _FIRST)
     more = doubting[~first & (_believed(own, told, region) > _BELIEVED)[region[doubting]]]
     if len(more):
-        own = both(own, (yield from scaled(peeks(corners, more, lit, sent, skies, rays, workers), _FIRST, 1)))
+        own = both(own, (yield from scaled(peeks(corners, more, piece, lit, sent, skies, rays, workers), _FIRST, 1)))
     own = evened(own, corners, edges)
     trust = _believed(own, told, region)
     light = told[own.which, :6] + trust[region[own.which], None] * _difference(own, told)
@@ -115,13 +117,11 @@ def own_light(
     return OwnLight(own.which, light, own.sees, sure, mostly[samples.region], own.rays)
 
 
-def _doubting(samples: Samples, edges: tuple[Int, Int]) -> NDArray[np.bool_]:
-    """Return which corners do not see their sample, or are not one piece with it, shape (q,)."""
+def _pieces(samples: Samples, edges: tuple[Int, Int]) -> Int:
+    """Return which corners of a cluster are one piece of the mesh: the same number, shape (q,)."""
     one, other = edges
     within = samples.cluster[one] == samples.cluster[other]
-    piece = connected(one[within], other[within], len(samples.cluster))
-    doubting: NDArray[np.bool_] = samples.stranger | (piece != piece[samples.element][samples.cluster])
-    return doubting
+    return connected(one[within], other[within], len(samples.cluster))
 
 
 def _scouts(doubting: Int, region: Int) -> NDArray[np.bool_]:

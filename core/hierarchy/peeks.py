@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..lighting.sky import SkyLamp
-from ..progress import Progress
+from ..progress import Progress, scaled
 from ..visibility import panes_of, sky_occluders
 from ..workers import in_order
 from .element_hits import ElementHits
@@ -24,6 +24,10 @@ from .tree import Float, Int
 
 # Neighbours see the same up to this distance, as a share of how far away surfaces are, and turn of the normal.
 _ALIKE = 0.6
+# Who is so much alike needs no rays of his own.
+_ENOUGH = 0.7
+# Share of the work that is done after those who speak for others.
+_FIRST = 0.5
 # Rays that are cast together, and how many such parts ahead.
 _BLOCK, _AHEAD = 1 << 16, 4
 
@@ -57,30 +61,37 @@ class Peeks:
     apart: Float
     rays: int
 
+    def pick(self, at: Int) -> "Peeks":
+        """Return what some of the corners see, with all rays."""
+        return replace(self, **{name: getattr(self, name)[at] for name in _COLUMNS})
+
 
 def peeks(
     corners: Corners,
     which: Int,
+    piece: Int,
     lit: Lit,
     sent: Float,
     skies: Sequence[SkyLamp],
     rays: int,
     workers: Executor,
 ) -> Generator[Progress, None, Peeks]:
-    """Let corners cast a few rays each.
+    """Let corners cast a few rays each, or one for several that would see the same.
 
     Parameters
     ----------
     corners : Corners
     which : ndarray of shape (k,)
-        Those that do.
+        Those that are to know.
+    piece : ndarray of shape (q,)
+        Which piece of a mesh all corners are on: those of one may see the same.
     lit : Lit
         With thickets in its scenery.
     sent : ndarray of shape (n, 6)
         What the elements send but for lamps: all of it, and what they emit [W/m^2].
     skies : sequence of SkyLamp
     rays : int
-        Of each.
+        Of each that casts any.
     workers : concurrent.futures.Executor
 
     Yields
@@ -91,6 +102,29 @@ def peeks(
     -------
     Peeks
     """
+    _, first, of = np.unique(piece[which], return_index=True, return_inverse=True)
+    own = yield from scaled(_cast(corners, which[first], lit, sent, skies, rays, workers), 0, _FIRST)
+    speaker = of.reshape(-1)
+    alike = _alike(own, speaker, corners, own.which[speaker], which) > _ENOUGH
+    alike[first] = True
+    others = np.flatnonzero(~alike)
+    told = own.pick(speaker[alike])
+    same = replace(told, which=which[alike], rays=own.rays)
+    if not len(others):
+        return same
+    return both(same, (yield from scaled(_cast(corners, which[others], lit, sent, skies, rays, workers), _FIRST, 1)))
+
+
+def _cast(
+    corners: Corners,
+    which: Int,
+    lit: Lit,
+    sent: Float,
+    skies: Sequence[SkyLamp],
+    rays: int,
+    workers: Executor,
+) -> Generator[Progress, None, Peeks]:
+    """Let each of some corners cast its own rays, otherwise as `peeks`."""
     assert lit.scenery.thickets is not None
     hits = lit.scenery.thickets.hits
     reach = 2 * float(np.linalg.norm(np.ptp(lit.elements.corners.reshape(-1, 3), axis=0))) + 1e-300
@@ -170,6 +204,15 @@ def both(one: Peeks, other: Peeks) -> Peeks:
     return Peeks(**columns, rays=one.rays + other.rays)
 
 
+def _alike(peeks: Peeks, at: Int, corners: Corners, one: Int, other: Int) -> Float:
+    """Return how far pairs of corners see the same, 0 to 1, shape (k,), as far as surfaces are away from some."""
+    apart = np.maximum(peeks.apart[at], 1e-300)
+    way = np.sqrt(((corners.point[one] - corners.point[other]) ** 2).sum(axis=1))
+    turn = np.sqrt(np.maximum(1 - (corners.normal[one] * corners.normal[other]).sum(axis=1), 0))
+    alike: Float = np.maximum(1 - (way / apart + turn) / _ALIKE, 0)
+    return alike
+
+
 def evened(peeks: Peeks, corners: Corners, edges: tuple[Int, Int]) -> Peeks:
     """Let corners learn from neighbours that see the same.
 
@@ -190,11 +233,10 @@ def evened(peeks: Peeks, corners: Corners, edges: tuple[Int, Int]) -> Peeks:
     one, other = (place[end] for end in edges)
     both = (one >= 0) & (other >= 0)
     one, other = one[both], other[both]
-    point, normal = corners.point[peeks.which], corners.normal[peeks.which]
-    way = np.sqrt(((point[one] - point[other]) ** 2).sum(axis=1))
-    turn = np.sqrt(np.maximum(1 - (normal[one] * normal[other]).sum(axis=1), 0))
-    apart = np.maximum(np.minimum(peeks.apart[one], peeks.apart[other]), 1e-300)
-    weight = np.maximum(1 - (way / apart + turn) / _ALIKE, 0)
+    weight = np.minimum(
+        _alike(peeks, one, corners, peeks.which[one], peeks.which[other]),
+        _alike(peeks, other, corners, peeks.which[one], peeks.which[other]),
+    )
     count = len(place[peeks.which])
     total = 1 + np.bincount(one, weight, count) + np.bincount(other, weight, count)
 
