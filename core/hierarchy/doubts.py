@@ -6,7 +6,7 @@ piece with his sample, or does not see it, may doubt what he is told. Some peek,
 chance all do: there what they see is believed as far as their rays can be.
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..facing.connected import connected
-from ..lighting.sky import SkyLamp
 from ..progress import Progress, scaled
 from .glances import Corners
-from .peeks import Peeks, both, evened, peeks
+from .outlook import Outlook
+from .peeks import Peeks, evened, peeks, together
 from .quality import Quality
 from .samples import Samples
-from .solve import Lit
 from .thickets import rays_of
 from .tree import Float, Int
 
@@ -63,9 +62,7 @@ def own_light(
     corners: Corners,
     samples: Samples,
     told: Float,
-    lit: Lit,
-    sent: Float,
-    skies: Sequence[SkyLamp],
+    outlook: Outlook | None,
     edges: tuple[Int, Int],
     quality: Quality,
     workers: Executor,
@@ -79,10 +76,8 @@ def own_light(
         Who looks for them.
     told : ndarray of shape (q, 6 or 12)
         What they say arrives but not from lamps, see `OwnLight`; in further columns the part of it that no ray meets.
-    lit : Lit
-    sent : ndarray of shape (n, 6)
-        What the elements send but for lamps.
-    skies : sequence of SkyLamp
+    outlook : Outlook or None
+        What they can see but for lamps; None where nobody can look.
     edges : tuple of two ndarrays of shape (e,)
         Corners that are neighbours on a smooth stretch.
     quality : Quality
@@ -98,17 +93,17 @@ def own_light(
     """
     piece = _pieces(samples, edges)
     doubts = samples.stranger | (piece != piece[samples.element][samples.cluster])
-    doubting = np.flatnonzero(doubts & (lit.scenery.thickets is not None))
-    if not len(doubting):
+    doubting = np.flatnonzero(doubts & (outlook is not None))
+    if outlook is None or not len(doubting):
         return OwnLight(doubting, np.zeros((0, 6)), np.zeros(0), np.zeros(0, bool), np.zeros(len(samples), bool), 0)
     region = samples.region[samples.cluster]
     looks = quality.corners * rays_of(quality.gather)
     rays = int(np.clip(_SHARE * looks / len(doubting), _FEWEST, _MOST))
     first = samples.stranger[doubting] | _scouts(doubting, region)
-    own = yield from scaled(peeks(corners, doubting[first], piece, lit, sent, skies, rays, workers), 0, _FIRST)
+    own = yield from scaled(peeks(corners, doubting[first], piece, outlook, rays, workers), 0, _FIRST)
     more = doubting[~first & (_believed(own, told, region) > _BELIEVED)[region[doubting]]]
     if len(more):
-        own = both(own, (yield from scaled(peeks(corners, more, piece, lit, sent, skies, rays, workers), _FIRST, 1)))
+        own = together(own, (yield from scaled(peeks(corners, more, piece, outlook, rays, workers), _FIRST, 1)))
     own = evened(own, corners, edges)
     trust = _believed(own, told, region)
     light = told[own.which, :6] + trust[region[own.which], None] * _difference(own, told)

@@ -23,6 +23,7 @@ from .elements import Elements
 from .glances import COVERED, Corners, Glance, glance_at
 from .lamplight import lamplight
 from .neighbourhoods import find_neighbourhoods
+from .outlook import Outlook
 from .quality import Quality
 from .receivers import DirectLight
 from .samples import Samples
@@ -75,8 +76,9 @@ def sparse_glances(
     direct, links, rays = yield from scaled(lamps, 0, _LAMPS)
     # What samples see of the lamps is not what their neighbours see: it is told apart. So is what rays do not meet.
     known = np.column_stack((shown, lit.lamp))
-    if lit.scenery.thickets is not None and not lit.scenery.thickets.hits.blocks.all():
-        known = np.hstack((known, np.where(lit.scenery.thickets.hits.blocks[:, None], 0, _sent(known))))
+    outlook = _outlook(lit, known, skies)
+    if outlook and not outlook.hits.blocks.all():
+        known = np.hstack((known, np.where(outlook.hits.blocks[:, None], 0, outlook.sent)))
     looking = np.zeros(len(corners.point), bool)
     looking[samples.element] = True
     steps = glance_at(corners, samples.element, lit, known, need, quality.gather, workers)
@@ -88,12 +90,13 @@ def sparse_glances(
     others, learned = along_mesh(others, samples.stranger, covered | alone, edges)
     covered[learned] = alone[learned] = False
     sights = [of_all(sampled.sights, samples.element)]
-    doubts = own_light(corners, samples, others, lit, _sent(known), skies, edges, quality, workers)
+    doubts = own_light(corners, samples, others, outlook, edges, quality, workers)
     own = yield from scaled(doubts, _SAMPLES, _DOUBTS)
     others = others[:, :6]
     others[samples.element[own.sample]] = indirect[own.sample, :6]
     others[own.which] = own.light
-    looking[own.which[own.sure]] = True
+    # A few rays are not enough for all of a wall.
+    looking[own.which[own.sure]] |= ~lone[own.which[own.sure]]
     seeing = own.which[own.sure & (own.sees > COVERED)]
     covered[seeing] = alone[seeing] = False
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, lone, quality.corners)
@@ -111,13 +114,19 @@ def sparse_glances(
 def _without_lamps(glance: Glance) -> Float:
     """Return what arrives but not straight from lamps, which columns 6 to 8 tell of, shape (k, 6 or 12) [W/m^2]."""
     light = glance.bright + glance.others
-    return np.hstack((_sent(light), light[:, 9:]))
+    return np.hstack((_but_lamps(light), light[:, 9:]))
 
 
-def _sent(known: Float) -> Float:
-    """Return what elements send but for lamps, shape (n, 6) [W/m^2], of all of it and the lamps in columns 6 to 8."""
-    sent: Float = np.maximum(known[:, :6] - np.tile(known[:, 6:9], 2), 0)
-    return sent
+def _but_lamps(light: Float) -> Float:
+    """Return the first six columns without what the next three tell of lamps, shape (k, 6) [W/m^2]."""
+    others: Float = np.maximum(light[:, :6] - np.tile(light[:, 6:9], 2), 0)
+    return others
+
+
+def _outlook(lit: Lit, known: Float, skies: Sequence[SkyLamp]) -> Outlook | None:
+    """Return what rays see but for lamps; None where they are not asked what they meet."""
+    thickets = lit.scenery.thickets
+    return Outlook(thickets.hits, _but_lamps(known), skies, lit.scenery.occluders) if thickets else None
 
 
 def from_sky(corners: Corners, which: Int, sky: DirectLight | None, bends: Bends | None = None) -> Float:

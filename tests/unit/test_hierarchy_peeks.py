@@ -3,7 +3,6 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from core.hierarchy import quality as qualities
 from core.hierarchy.doubts import _believed
 from core.hierarchy.element_hits import ElementHits
 from core.hierarchy.glances import Corners
+from core.hierarchy.outlook import Outlook
 from core.hierarchy.peeks import Peeks, evened, peeks
 from core.lighting.lamps import SkyLamp
 from core.meshing import mesh
@@ -57,17 +57,11 @@ def looking(scene, point, normal, skies=(), rays=256, piece=None):
     occluders = scene_occluders(scene, patches)
     corners = patches.corners
     hits = ElementHits(corners, patches.face, patches.side, scene.occludes[patches.face])
-    sent = np.repeat(patches.face[:, None] + 1.0, 6, axis=1)
-    lit = SimpleNamespace(
-        elements=SimpleNamespace(corners=corners),
-        scenery=SimpleNamespace(occluders=occluders, thickets=SimpleNamespace(hits=hits)),
-    )
+    outlook = Outlook(hits, np.repeat(patches.face[:, None] + 1.0, 6, axis=1), skies, occluders)
     receivers = Corners(np.array(point, float), np.array(normal, float), np.arange(len(point)))
     which = np.arange(len(point))
     with ThreadPoolExecutor(2) as workers:
-        return exhaust(
-            peeks(receivers, which, which if piece is None else np.array(piece), lit, sent, skies, rays, workers)
-        )
+        return exhaust(peeks(receivers, which, which if piece is None else np.array(piece), outlook, rays, workers))
 
 
 def test_peeks_see_the_sky_by_direction_and_what_is_before_it():

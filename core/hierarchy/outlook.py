@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Outlook: the light that single rays see, of what they meet or of the sky."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..lighting.sky import SkyLamp
+from ..visibility import Surroundings, panes_of, sky_occluders
+from .element_hits import ElementHits
+from .tree import Float
+
+
+@dataclass(frozen=True, eq=False)
+class Outlook:
+    """What rays can see.
+
+    Attributes
+    ----------
+    hits : ElementHits
+    sent : ndarray of shape (n, 6)
+        What the elements send: all of it, and what they emit [W/m^2].
+    skies : sequence of SkyLamp
+    occluders : Surroundings
+        What hides the sky; its panes give color to what is behind them.
+    """
+
+    hits: ElementHits
+    sent: Float
+    skies: Sequence[SkyLamp]
+    occluders: Surroundings
+
+    def look(self, origins: Float, ways: Float, reach: float) -> tuple[Float, NDArray[np.bool_], Float]:
+        """Return what rays see.
+
+        Parameters
+        ----------
+        origins, ways : ndarray of shape (m, 3)
+            [m]; unit length.
+        reach : float
+            How far there is anything [m].
+
+        Returns
+        -------
+        light : ndarray of shape (m, 6)
+            As much as would arrive if all that is seen were like that: all of it, and what is emitted [W/m^2].
+        lit : ndarray of shape (m,)
+            Which rays met something from the side that has light, or nothing.
+        distance : ndarray of shape (m,)
+            Infinite where nothing is met [m].
+        """
+        element, distance = self.hits.met(origins, ways)
+        met, free = np.flatnonzero(element >= 0), np.isinf(distance)
+        light = np.zeros((len(origins), 6))
+        light[met] = self.sent[element[met]]
+        panes = panes_of(self.occluders)
+        if panes is not None:
+            end = origins[met] + distance[met, None] * ways[met]
+            light[met] *= np.tile(panes.tint(origins[met], end), 2)
+        light += np.tile(self._sky(origins, ways, reach, free), 2)
+        return light, free | (element >= 0), distance
+
+    def _sky(self, origins: Float, ways: Float, reach: float, free: NDArray[np.bool_]) -> Float:
+        """Return what rays see of the sky, of which those that are free meet nothing, shape (m, 3) [W/m^2]."""
+        light, end = np.zeros_like(origins), origins + reach * ways
+        blockers = sky_occluders(self.occluders)
+        if self.skies and blockers is not self.occluders:
+            free = ~blockers.blocked(origins, end)
+        panes = panes_of(blockers)
+        for sky in self.skies:
+            out = np.flatnonzero(free | (not sky.shadows))
+            seen = np.pi * sky.seen(ways[out])
+            if sky.shadows and panes is not None:
+                seen *= panes.tint(origins[out], end[out])
+            light[out] += seen
+        return light
