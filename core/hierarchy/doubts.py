@@ -2,8 +2,8 @@
 """Doubts: corners that may see something else than who looks for them.
 
 Among leaves, grass or shelves the light of each corner is another: the sky through a gap, or none. Whoever is not one
-piece with his sample, or does not see it, may doubt what he is told. Some peek, and where that differs by more than
-chance all do: there what they see is believed as far as their rays can be.
+piece with his sample, or does not see it, may doubt what he is told. Who does not see it peeks; of the others some do,
+and all where that differs by more than chance. What they see is believed as far as their rays can be.
 """
 
 from collections.abc import Generator
@@ -17,15 +17,15 @@ from ..facing.connected import connected
 from ..progress import Progress, scaled
 from .glances import Corners
 from .outlook import Outlook
-from .peeks import Peeks, evened, peeks, together
+from .peeks import Peeks, evened, peeks
 from .quality import Quality
 from .samples import Samples
 from .thickets import rays_of
 from .tree import Float, Int
 
-# Rays of all who doubt, as a share of those of all who look, and the fewest and most of each.
+# Rays of all who peek, as a share of those of all who look, and the fewest and most of each.
 _SHARE, _FEWEST, _MOST = 0.5, 16, 256
-# So many of a region peek first, and all do where those are to be believed by more than this.
+# So many of a region that see their sample peek first, and all do where those are to be believed by more than this.
 _SCOUTS, _BELIEVED = 8, 0.5
 # Share of the work that is done after those.
 _FIRST = 0.25
@@ -91,25 +91,26 @@ def own_light(
     -------
     OwnLight
     """
+    if outlook is None:
+        none = np.zeros(0, np.int64)
+        return OwnLight(none, np.zeros((0, 6)), np.zeros(0), none > 0, np.zeros(len(samples), bool), 0)
     piece = _pieces(samples, edges)
     doubts = samples.stranger | (piece != piece[samples.element][samples.cluster])
-    doubting = np.flatnonzero(doubts & (outlook is not None))
-    if outlook is None or not len(doubting):
-        return OwnLight(doubting, np.zeros((0, 6)), np.zeros(0), np.zeros(0, bool), np.zeros(len(samples), bool), 0)
     region = samples.region[samples.cluster]
-    looks = quality.corners * rays_of(quality.gather)
-    rays = int(np.clip(_SHARE * looks / len(doubting), _FEWEST, _MOST))
-    first = samples.stranger[doubting] | _scouts(doubting, region)
-    own = yield from scaled(peeks(corners, doubting[first], piece, outlook, rays, workers), 0, _FIRST)
-    more = doubting[~first & (_believed(own, told, region) > _BELIEVED)[region[doubting]]]
-    if len(more):
-        own = together(own, (yield from scaled(peeks(corners, more, piece, outlook, rays, workers), _FIRST, 1)))
+    near = np.flatnonzero(doubts & ~samples.stranger)
+    scouts = near[_scouts(near, region)]
+    first = yield from scaled(peeks(corners, scouts, piece, outlook, _FEWEST, workers), 0, _FIRST)
+    doubts = samples.stranger | (doubts & (_believed(first, told, region) > _BELIEVED)[region])
+    which = np.flatnonzero(doubts)
+    budget = _SHARE * quality.corners * rays_of(quality.gather)
+    rays = int(np.clip(budget / max(len(which), 1), _FEWEST, _MOST))
+    own = yield from scaled(peeks(corners, which, piece, outlook, rays, workers), _FIRST, 1)
     own = evened(own, corners, edges)
     trust = _believed(own, told, region)
-    light = told[own.which, :6] + trust[region[own.which], None] * _difference(own, told)
-    sure = trust[region[own.which]] > _BELIEVED
-    mostly = 2 * np.bincount(region[own.which], sure, len(trust)) > np.bincount(region)
-    return OwnLight(own.which, light, own.sees, sure, mostly[samples.region], own.rays)
+    light = told[which, :6] + trust[region[which], None] * _difference(own, told)
+    sure = trust[region[which]] > _BELIEVED
+    mostly = 2 * np.bincount(region[which], sure, len(trust)) > np.bincount(region)
+    return OwnLight(which, light, own.sees, sure, mostly[samples.region], first.rays + own.rays)
 
 
 def _pieces(samples: Samples, edges: tuple[Int, Int]) -> Int:

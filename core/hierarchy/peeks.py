@@ -90,7 +90,11 @@ def peeks(
     Returns
     -------
     Peeks
+        In the order of `which`.
     """
+    if not len(which):
+        none = np.zeros(0)
+        return Peeks(which, np.zeros((0, 6)), none, none, none, 0)
     _, first, speaker = np.unique(piece[which], return_index=True, return_inverse=True)
     speaker = speaker.reshape(-1)
     own = yield from scaled(_cast(corners, which[first], outlook, rays, workers), 0, _FIRST)
@@ -100,7 +104,8 @@ def peeks(
     if alike.all():
         return said
     more = yield from scaled(_cast(corners, which[~alike], outlook, rays, workers), _FIRST, 1)
-    return together(said, more)
+    place = np.concatenate((np.flatnonzero(alike), np.flatnonzero(~alike)))
+    return _together(said, more).pick(np.argsort(place))
 
 
 def _cast(
@@ -127,7 +132,7 @@ def _cast(
     return Peeks(which, light, variance, sees, apart, rays * len(which))
 
 
-def together(one: Peeks, other: Peeks) -> Peeks:
+def _together(one: Peeks, other: Peeks) -> Peeks:
     """Return what some corners see and what others do."""
     columns = {name: np.concatenate((getattr(one, name), getattr(other, name))) for name in _COLUMNS}
     return Peeks(**columns, rays=one.rays + other.rays)
