@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The final gather: irradiance at the corners of the mesh itself, so that shadows stay sharp and no blocks show."""
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lighting.sky import SkyLamp
 from ..meshing import Patches
 from ..progress import Progress, scaled
 from ..scene import Scene
@@ -20,6 +19,7 @@ from .filter import ROUNDS, mesh_edges, smoothed
 from .first_look import typical_irradiance
 from .glances import COVERED, STAGE, Corners, glances
 from .meetings import exchange, find_meetings
+from .outlook import find_outlook
 from .probes import points_among_dark
 from .quality import Quality
 from .receivers import SPARSE_SIZE, DirectLight
@@ -62,7 +62,6 @@ def final_gather(
     *,
     direct: DirectLight | None = None,
     sky: DirectLight | None = None,
-    skies: Sequence[SkyLamp] = (),
 ) -> Generator[Progress, None, tuple[Float, Float, int, int]]:
     """Gather the light of a solution at the corners.
 
@@ -81,8 +80,6 @@ def final_gather(
     workers : concurrent.futures.Executor
     direct, sky : callable, optional
         Light of lamps that are no elements, and of the sky.
-    skies : sequence of SkyLamp
-        Where that comes from.
 
     Yields
     ------
@@ -109,7 +106,9 @@ def final_gather(
         steps = glances(corners, lit, sent, need, quality, workers, bends=bends)
     else:
         rim = at_edges(scene, corners)
-        steps = sparse_glances(corners, lit, sent, need, quality, workers, rim, edges, typical, sky, skies)
+        steps = sparse_glances(
+            corners, lit, sent, need, quality, workers, rim, edges, typical, sky, find_outlook(scene, lit, sent)
+        )
     glance = yield from scaled(steps, 0, _GLANCES)
     above = from_sky(corners, np.arange(len(corners.point)), sky if few else None, bends)
     covered = glance.covered | cut_off(scene, corners, glance.alone & ~glance.covered, lit.scenery.occluders)

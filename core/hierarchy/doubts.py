@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ..facing.connected import connected
 from ..progress import Progress, scaled
-from .glances import Corners
+from ..runs import counted
+from .glances import COVERED, Corners
 from .outlook import Outlook
 from .peeks import Peeks, evened, peeks
 from .quality import Quality
@@ -33,34 +34,29 @@ _FIRST = 0.25
 
 @dataclass(frozen=True, eq=False)
 class OwnLight:
-    """What arrives at corners that know better than they were told.
+    """What arrives at q corners, some of which know better than they were told.
 
     Attributes
     ----------
-    which : ndarray of shape (k,)
-        The corners.
-    light : ndarray of shape (k, 6)
+    light : ndarray of shape (q, 6)
         All of it but from lamps, and what is emitted [W/m^2].
-    sees : ndarray of shape (k,)
-        Share of the rays that met something lit, or nothing.
-    sure : ndarray of shape (k,)
+    sure : ndarray of shape (q,)
         Who knows as well as those who look at everything.
-    sample : ndarray of shape (m,)
-        Samples among many of those: what they see themselves is more than what the others say.
+    open : ndarray of shape (q,)
+        Who is sure to see something.
     rays : int
     """
 
-    which: Int
     light: Float
-    sees: Float
     sure: NDArray[np.bool_]
-    sample: NDArray[np.bool_]
+    open: NDArray[np.bool_]
     rays: int
 
 
 def own_light(
     corners: Corners,
     samples: Samples,
+    seen: Float,
     told: Float,
     outlook: Outlook | None,
     edges: tuple[Int, Int],
@@ -74,8 +70,10 @@ def own_light(
     corners : Corners
     samples : Samples
         Who looks for them.
+    seen : ndarray of shape (m, 6 or 12)
+        What arrives there but not from lamps, see `OwnLight`; in further columns the part of it that no ray meets.
     told : ndarray of shape (q, 6 or 12)
-        What they say arrives but not from lamps, see `OwnLight`; in further columns the part of it that no ray meets.
+        What the corners are told of that.
     outlook : Outlook or None
         What they can see but for lamps; None where nobody can look.
     edges : tuple of two ndarrays of shape (e,)
@@ -91,9 +89,9 @@ def own_light(
     -------
     OwnLight
     """
+    light, nobody = told[:, :6].copy(), np.zeros(len(told), bool)
     if outlook is None:
-        none = np.zeros(0, np.int64)
-        return OwnLight(none, np.zeros((0, 6)), np.zeros(0), none > 0, np.zeros(len(samples), bool), 0)
+        return OwnLight(light, nobody, nobody, 0)
     piece = _pieces(samples, edges)
     doubts = samples.stranger | (piece != piece[samples.element][samples.cluster])
     region = samples.region[samples.cluster]
@@ -107,10 +105,14 @@ def own_light(
     own = yield from scaled(peeks(corners, which, piece, outlook, rays, workers), _FIRST, 1)
     own = evened(own, corners, edges)
     trust = _believed(own, told, region)
-    light = told[which, :6] + trust[region[which], None] * _difference(own, told)
-    sure = trust[region[which]] > _BELIEVED
-    mostly = 2 * np.bincount(region[which], sure, len(trust)) > np.bincount(region)
-    return OwnLight(which, light, own.sees, sure, mostly[samples.region], first.rays + own.rays)
+    light[which] += trust[region[which], None] * _difference(own, told)
+    sure, sees = doubts & (trust > _BELIEVED)[region], nobody.copy()
+    sees[which] = own.sees > COVERED
+    # What a sample sees itself is more than what the others round it say, where most have light of their own.
+    mostly = 2 * np.bincount(region, sure) > np.bincount(region)
+    alone = mostly[samples.region]
+    light[samples.element[alone]] = seen[alone, :6]
+    return OwnLight(light, sure, sure & sees, first.rays + own.rays)
 
 
 def _pieces(samples: Samples, edges: tuple[Int, Int]) -> Int:
@@ -122,12 +124,10 @@ def _pieces(samples: Samples, edges: tuple[Int, Int]) -> Int:
 
 def _scouts(doubting: Int, region: Int) -> NDArray[np.bool_]:
     """Return which of those who doubt peek first: a few of each region, from all over it, shape (k,)."""
+    run, place = counted(count := np.bincount(region[doubting]))
+    first = np.zeros(len(doubting), bool)
     order = np.argsort(region[doubting], kind="stable")
-    ordered = region[doubting][order]
-    count = np.bincount(ordered)[ordered]
-    place = np.arange(len(order)) - np.searchsorted(ordered, ordered)
-    first = np.zeros(len(order), bool)
-    first[order] = place * _SCOUTS // count != (place - 1) * _SCOUTS // count
+    first[order] = place * _SCOUTS // count[run] != (place - 1) * _SCOUTS // count[run]
     return first
 
 

@@ -51,13 +51,13 @@ class ElementHits:
 
     Attributes
     ----------
-    corners, blocks : ndarray of shape (n, 4, 3) and (n,)
+    blocks : ndarray of shape (n,)
     """
 
     def __init__(
         self, corners: Float, face: Int, side: NDArray[np.int8], blocks: NDArray[np.bool_] | None = None
     ) -> None:
-        self.corners, self._face, self._side = corners, face, side
+        self._corners, self._face, self._side = corners, face, side
         self.blocks = np.ones(len(corners), bool) if blocks is None else blocks
         self._same = _SAME * core_part(corners.min(axis=1), corners.max(axis=1)).size
         self._making = Lock()
@@ -93,7 +93,7 @@ class ElementHits:
         with self._making:
             if self._made is None:
                 which = np.flatnonzero(self.blocks)
-                first, other = _both_sides(self.corners[which])
+                first, other = _both_sides(self._corners[which])
                 element, other = which[first], np.append(which, -1)[other]
                 back, alone = self._side[element] < 0, other < 0
                 apart = alone & back & np.isin(self._face[element], self._face[element[alone & ~back]])
@@ -102,7 +102,7 @@ class ElementHits:
             return self._made
 
     def _grown(self, element: Int, other: Int) -> Sheets:
-        return Sheets(single_rays(loose_polygons(self.corners[element])), element, other)
+        return Sheets(single_rays(loose_polygons(self._corners[element])), element, other)
 
 
 def _both_sides(corners: Float) -> tuple[Int, Int]:

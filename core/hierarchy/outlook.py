@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..lighting.sky import SkyLamp
+from ..scene import Scene
 from ..visibility import Surroundings, panes_of, sky_occluders
 from .element_hits import ElementHits
+from .solve import Lit
 from .tree import Float
 
 
@@ -25,22 +27,23 @@ class Outlook:
     skies : sequence of SkyLamp
     occluders : Surroundings
         What hides the sky; its panes give color to what is behind them.
+    reach : float
+        A way that leaves the scene from everywhere in it [m].
     """
 
     hits: ElementHits
     sent: Float
     skies: Sequence[SkyLamp]
     occluders: Surroundings
+    reach: float
 
-    def look(self, origins: Float, ways: Float, reach: float) -> tuple[Float, NDArray[np.bool_], Float]:
+    def look(self, origins: Float, ways: Float) -> tuple[Float, NDArray[np.bool_], Float]:
         """Return what rays see.
 
         Parameters
         ----------
         origins, ways : ndarray of shape (m, 3)
             [m]; unit length.
-        reach : float
-            How far there is anything [m].
 
         Returns
         -------
@@ -59,12 +62,12 @@ class Outlook:
         if panes is not None:
             end = origins[met] + distance[met, None] * ways[met]
             light[met] *= np.tile(panes.tint(origins[met], end), 2)
-        light += np.tile(self._sky(origins, ways, reach, free), 2)
+        light += np.tile(self._sky(origins, ways, free), 2)
         return light, free | (element >= 0), distance
 
-    def _sky(self, origins: Float, ways: Float, reach: float, free: NDArray[np.bool_]) -> Float:
+    def _sky(self, origins: Float, ways: Float, free: NDArray[np.bool_]) -> Float:
         """Return what rays see of the sky, of which those that are free meet nothing, shape (m, 3) [W/m^2]."""
-        light, end = np.zeros_like(origins), origins + reach * ways
+        light, end = np.zeros_like(origins), origins + self.reach * ways
         blockers = sky_occluders(self.occluders)
         if self.skies and blockers is not self.occluders:
             free = ~blockers.blocked(origins, end)
@@ -76,3 +79,30 @@ class Outlook:
                 seen *= panes.tint(origins[out], end[out])
             light[out] += seen
         return light
+
+
+def find_outlook(scene: Scene, lit: Lit, sent: Float) -> Outlook | None:
+    """Tell what rays can see in a scene but for lamps.
+
+    Parameters
+    ----------
+    scene : Scene
+        Whose sky it is; all faces, or some of them.
+    lit : Lit
+        What was solved.
+    sent : ndarray of shape (n, 6)
+        What its elements send: all of it, and what they emit [W/m^2].
+
+    Returns
+    -------
+    Outlook or None
+        None where rays are not asked what they meet.
+    """
+    thickets = lit.scenery.thickets
+    if thickets is None:
+        return None
+    skies = [lamp for lamp in scene.lamps if isinstance(lamp, SkyLamp)]
+    others = np.maximum(sent - np.tile(lit.lamp, 2), 0)
+    # Of all there is: the scene may be some faces of it.
+    reach = 2 * float(np.linalg.norm(np.ptp(lit.elements.corners.reshape(-1, 3), axis=0)))
+    return Outlook(thickets.hits, others, skies, lit.scenery.occluders, reach)

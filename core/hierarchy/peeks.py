@@ -27,8 +27,6 @@ _FIRST = 0.5
 # Rays that are cast together, and how many such parts ahead.
 _BLOCK, _AHEAD = 1 << 16, 4
 
-_COLUMNS = ("which", "light", "variance", "sees", "apart")
-
 
 @dataclass(frozen=True, eq=False)
 class Peeks:
@@ -55,10 +53,6 @@ class Peeks:
     sees: Float
     apart: Float
     rays: int
-
-    def pick(self, at: Int) -> "Peeks":
-        """Return what some of the corners see, with all rays."""
-        return replace(self, **{name: getattr(self, name)[at] for name in _COLUMNS})
 
 
 def peeks(
@@ -92,58 +86,48 @@ def peeks(
     Peeks
         In the order of `which`.
     """
-    if not len(which):
-        none = np.zeros(0)
-        return Peeks(which, np.zeros((0, 6)), none, none, none, 0)
     _, first, speaker = np.unique(piece[which], return_index=True, return_inverse=True)
     speaker = speaker.reshape(-1)
     own = yield from scaled(_cast(corners, which[first], outlook, rays, workers), 0, _FIRST)
-    alike = _alike(own, speaker, corners, which[first][speaker], which) > _ENOUGH
+    *_, apart = own
+    alike = _alike(apart[speaker], corners, which[first][speaker], which) > _ENOUGH
     alike[first] = True
-    said = replace(own.pick(speaker[alike]), which=which[alike])
-    if alike.all():
-        return said
-    more = yield from scaled(_cast(corners, which[~alike], outlook, rays, workers), _FIRST, 1)
-    place = np.concatenate((np.flatnonzero(alike), np.flatnonzero(~alike)))
-    return _together(said, more).pick(np.argsort(place))
+    others = which[~alike]
+    more = yield from scaled(_cast(corners, others, outlook, rays, workers), _FIRST, 1)
+    speaker[~alike] = len(first) + np.arange(len(others))
+    light, variance, sees, apart = (np.concatenate(pair)[speaker] for pair in zip(own, more, strict=True))
+    return Peeks(which, light, variance, sees, apart, rays * (len(first) + len(others)))
 
 
 def _cast(
     corners: Corners, which: Int, outlook: Outlook, rays: int, workers: Executor
-) -> Generator[Progress, None, Peeks]:
-    """Let each of some corners cast its own rays, otherwise as `peeks`."""
-    reach = 2 * float(np.linalg.norm(np.ptp(outlook.hits.corners.reshape(-1, 3), axis=0))) + 1e-300
+) -> Generator[Progress, None, tuple[Float, Float, Float, Float]]:
+    """Let each of some corners cast its own rays; return light, variance, what is seen and how far, see `Peeks`."""
 
     def compute(part: Int) -> tuple[Float, Float, Float, Float]:
         way = ways_round(np.repeat(corners.normal[part, None], rays, axis=1), part).reshape(-1, 3)
-        light, lit, distance = outlook.look(np.repeat(corners.point[part], rays, axis=0), way, reach)
+        light, lit, distance = outlook.look(np.repeat(corners.point[part], rays, axis=0), way)
         light, lit = light.reshape(-1, rays, 6), lit.reshape(-1, rays)
         near = (1 / np.maximum(distance, 1e-300)).reshape(-1, rays).mean(axis=1)
         chance = light[:, :, :3].mean(axis=2).var(axis=1, ddof=1) / rays
         return light.mean(axis=1), chance, lit.mean(axis=1), 1 / np.maximum(near, 1e-300)
 
     step = max(1, _BLOCK // rays)
-    blocks = [which[first : first + step] for first in range(0, len(which), step)]
-    parts = []
+    blocks = [which[begin : begin + step] for begin in range(0, len(which), step)]
+    none = np.zeros(0)
+    parts = [(np.zeros((0, 6)), none, none, none)]
     for part in in_order(workers, compute, blocks, _AHEAD):
         parts.append(part)
-        yield Progress(STAGE, len(parts) / len(blocks))
+        yield Progress(STAGE, (len(parts) - 1) / len(blocks))
     light, variance, sees, apart = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Peeks(which, light, variance, sees, apart, rays * len(which))
+    return light, variance, sees, apart
 
 
-def _together(one: Peeks, other: Peeks) -> Peeks:
-    """Return what some corners see and what others do."""
-    columns = {name: np.concatenate((getattr(one, name), getattr(other, name))) for name in _COLUMNS}
-    return Peeks(**columns, rays=one.rays + other.rays)
-
-
-def _alike(peeks: Peeks, at: Int, corners: Corners, one: Int, other: Int) -> Float:
-    """Return how far pairs of corners see the same, 0 to 1, shape (k,), as far as surfaces are away from some."""
-    apart = np.maximum(peeks.apart[at], 1e-300)
+def _alike(apart: Float, corners: Corners, one: Int, other: Int) -> Float:
+    """Return how far pairs of corners see the same, 0 to 1, where surfaces are so far away, shape (k,)."""
     way = np.sqrt(((corners.point[one] - corners.point[other]) ** 2).sum(axis=1))
     turn = np.sqrt(np.maximum(1 - (corners.normal[one] * corners.normal[other]).sum(axis=1), 0))
-    alike: Float = np.maximum(1 - (way / apart + turn) / _ALIKE, 0)
+    alike: Float = np.maximum(1 - (way / np.maximum(apart, 1e-300) + turn) / _ALIKE, 0)
     return alike
 
 
@@ -167,10 +151,8 @@ def evened(peeks: Peeks, corners: Corners, edges: tuple[Int, Int]) -> Peeks:
     one, other = (place[end] for end in edges)
     peeking = (one >= 0) & (other >= 0)
     one, other = one[peeking], other[peeking]
-    weight = np.minimum(
-        _alike(peeks, one, corners, peeks.which[one], peeks.which[other]),
-        _alike(peeks, other, corners, peeks.which[one], peeks.which[other]),
-    )
+    apart = np.minimum(peeks.apart[one], peeks.apart[other])
+    weight = _alike(apart, corners, peeks.which[one], peeks.which[other])
     count = len(peeks.which)
 
     def sums(values: Float, weight: Float) -> Float:

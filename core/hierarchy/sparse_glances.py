@@ -6,13 +6,12 @@ corners that do not see their sample or lie where samples differ; at elements th
 Rubinstein, Clear 1988 interpolate in the same spirit.)
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from concurrent.futures import Executor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lighting.sky import SkyLamp
 from ..occlusion.shared_out import SharedOut
 from ..progress import Progress, scaled
 from .bends import Bends
@@ -20,7 +19,7 @@ from .blending import blended
 from .clustering import choose_samples
 from .doubts import own_light
 from .elements import Elements
-from .glances import COVERED, Corners, Glance, glance_at
+from .glances import Corners, Glance, glance_at
 from .lamplight import lamplight
 from .neighbourhoods import find_neighbourhoods
 from .outlook import Outlook
@@ -52,8 +51,8 @@ def sparse_glances(
     rim: NDArray[np.bool_],
     edges: tuple[Int, Int],
     typical: float,
-    sky: DirectLight | None = None,
-    skies: Sequence[SkyLamp] = (),
+    sky: DirectLight | None,
+    outlook: Outlook | None,
 ) -> Generator[Progress, None, Glance]:
     """Let many corners look at the lamps, and some look at everything for the others; otherwise as `glances`.
 
@@ -67,8 +66,8 @@ def sparse_glances(
         Irradiance that errors are judged by [W/m^2].
     sky : callable, optional
         Light of the sky, which counts among the others: it changes as slowly as what has bounced.
-    skies : sequence of SkyLamp
-        Where it comes from.
+    outlook : Outlook or None
+        What rays can see; None where nobody can be asked.
     """
     many, samples = _samples(corners, lit, quality, workers)
     lone = lone_corners(corners.point, edges, quality.corners // 2)
@@ -76,7 +75,6 @@ def sparse_glances(
     direct, links, rays = yield from scaled(lamps, 0, _LAMPS)
     # What samples see of the lamps is not what their neighbours see: it is told apart. So is what rays do not meet.
     known = np.column_stack((shown, lit.lamp))
-    outlook = _outlook(lit, known, skies)
     if outlook and not outlook.hits.blocks.all():
         known = np.hstack((known, np.where(outlook.hits.blocks[:, None], 0, outlook.sent)))
     looking = np.zeros(len(corners.point), bool)
@@ -90,15 +88,11 @@ def sparse_glances(
     others, learned = along_mesh(others, samples.stranger, covered | alone, edges)
     covered[learned] = alone[learned] = False
     sights = [of_all(sampled.sights, samples.element)]
-    doubts = own_light(corners, samples, others, outlook, edges, quality, workers)
+    doubts = own_light(corners, samples, indirect, others, outlook, edges, quality, workers)
     own = yield from scaled(doubts, _SAMPLES, _DOUBTS)
-    others = others[:, :6]
-    others[samples.element[own.sample]] = indirect[own.sample, :6]
-    others[own.which] = own.light
+    others, covered, alone = own.light, covered & ~own.open, alone & ~own.open
     # A few rays are not enough for all of a wall.
-    looking[own.which[own.sure]] |= ~lone[own.which[own.sure]]
-    seeing = own.which[own.sure & (own.sees > COVERED)]
-    covered[seeing] = alone[seeing] = False
+    looking |= own.sure & ~lone
     closer = _closer(samples, indirect[:, :3].mean(axis=1), looking, rim, lone, quality.corners)
     if len(closer):
         steps = glance_at(corners, closer, lit, known[:, :9], need, quality.gather, workers)
@@ -114,19 +108,8 @@ def sparse_glances(
 def _without_lamps(glance: Glance) -> Float:
     """Return what arrives but not straight from lamps, which columns 6 to 8 tell of, shape (k, 6 or 12) [W/m^2]."""
     light = glance.bright + glance.others
-    return np.hstack((_but_lamps(light), light[:, 9:]))
-
-
-def _but_lamps(light: Float) -> Float:
-    """Return the first six columns without what the next three tell of lamps, shape (k, 6) [W/m^2]."""
-    others: Float = np.maximum(light[:, :6] - np.tile(light[:, 6:9], 2), 0)
-    return others
-
-
-def _outlook(lit: Lit, known: Float, skies: Sequence[SkyLamp]) -> Outlook | None:
-    """Return what rays see but for lamps; None where they are not asked what they meet."""
-    thickets = lit.scenery.thickets
-    return Outlook(thickets.hits, _but_lamps(known), skies, lit.scenery.occluders) if thickets else None
+    others = np.maximum(light[:, :6] - np.tile(light[:, 6:9], 2), 0)
+    return np.hstack((others, light[:, 9:]))
 
 
 def from_sky(corners: Corners, which: Int, sky: DirectLight | None, bends: Bends | None = None) -> Float:

@@ -99,7 +99,7 @@ def hierarchical(
         shown = shown_light(lit, patches, group)
         exposed = exposed_corners(shown, lit.elements, patches, group)
         corners = corner_receivers(scene, exposed)
-        lights = partial(final_gather, lit=lit, shown=shown, quality=quality, direct=direct, sky=sky, skies=far)
+        lights = partial(final_gather, lit=lit, shown=shown, quality=quality, direct=direct, sky=sky)
 
         def gather(scene: Scene, corners: Corners, patches: Patches) -> Gathering:
             return clock.watch(lights(scene, corners, patches=patches, workers=workers))

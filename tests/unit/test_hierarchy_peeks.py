@@ -16,7 +16,7 @@ from core.hierarchy.outlook import Outlook
 from core.hierarchy.peeks import Peeks, evened, peeks
 from core.hierarchy.probes import ways_round
 from core.hierarchy.vantages import corner_receivers
-from core.lighting.lamps import SkyLamp
+from core.lighting.lamps import SkyLamp, scene_reach
 from core.meshing import mesh
 from core.progress import exhaust
 from core.scene import BOTH, Scene
@@ -62,7 +62,7 @@ def looking(scene, point, normal, skies=(), rays=256, piece=None):
     occluders = scene_occluders(scene, patches)
     corners = patches.corners
     hits = ElementHits(corners, patches.face, patches.side, scene.occludes[patches.face])
-    outlook = Outlook(hits, np.repeat(patches.face[:, None] + 1.0, 6, axis=1), skies, occluders)
+    outlook = Outlook(hits, np.repeat(patches.face[:, None] + 1.0, 6, axis=1), skies, occluders, scene_reach(scene))
     receivers = Corners(np.array(point, float), np.array(normal, float), np.arange(len(point)))
     which = np.arange(len(point))
     with ThreadPoolExecutor(2) as workers:
